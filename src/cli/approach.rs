@@ -1,4 +1,4 @@
-//! `perirobot approach`: how near a body can come to the robot without being noticed.
+//! `perirobot approach`: how close a body can come to the robot without being noticed.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,13 +20,13 @@ use super::stop::end_tidily;
 use super::study::StudyArgs;
 use super::swept::StudyPlace;
 
-/// Say how near a body can come to the robot unnoticed
+/// Compute how close a body can come to the robot unnoticed
 ///
-/// Floods, from the entries of the study's table [approach], all that a body can reach unnoticed by the sensors
-/// of one choice of poses, and says how near that is to the robot (or to a region) and by which way: with
-/// nobody else in the scene and with its people as cover, in each snapshot and in all of them at once. Writes
-/// approach.csv, approach.json with the same values, the ways as paths.ply, and floor plans. Instead of the study
-/// it takes a folder of results, with what was swept or chosen there. A planning aid: it knows only what is in the study.
+/// From the entries of the study's table [approach], floods all space that a body can reach unnoticed by the sensors of
+/// one choice of poses. Reports the closest distance to the robot (or to a region) and the path: with an empty scene
+/// and with the scene's people as cover, in each snapshot and in all snapshots at once. Writes approach.csv,
+/// approach.json with the same values, the paths as paths.ply, and floor plans. A folder of results can replace the
+/// study; its study and placements are then used. A planning aid: only the contents of the study count.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -35,17 +35,17 @@ pub(super) struct Args {
     /// The study file of a folder of results, if it was moved
     #[arg(id = "moved", long = "study", value_name = "FILE", help_heading = "Study")]
     moved: Option<PathBuf>,
-    /// Which poses, sensor:pose as `perirobot check` lists them, several joined by ";", or as in the column `poses` of
+    /// The poses, sensor:pose as `perirobot check` lists them, several joined by ";", or as in the column `poses` of
     /// results.csv
     #[arg(long, value_name = "POSES")]
     pose: String,
-    /// The combination, where several have such a choice of poses
+    /// The combination, if several contain these poses
     #[arg(long, value_name = "NAME")]
     combination: Option<String>,
-    /// What the sensors are taken to say, as in results.csv [default: the first]
+    /// The representation of the sensor data, as in results.csv [default: the first]
     #[arg(long, value_name = "NAME")]
     representation: Option<String>,
-    /// Which repeat, for sensors with noise
+    /// The repeat, for sensors with noise
     #[arg(long, value_name = "N", default_value_t = 0)]
     repeat: usize,
     #[command(flatten)]
@@ -75,11 +75,11 @@ Examples:
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     end_tidily()?;
     args.threads.start()?;
-    let place = StudyPlace { named: args.moved.as_deref(), cure: ", or say --study FILE" };
+    let place = StudyPlace { named: args.moved.as_deref(), cure: ", or name the study: --study FILE" };
     let (study, worlds) = match args.study.load_folder(place)? {
         Some((study, worlds)) => {
-            let told = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
-            super::warn(told, MOST_WARNINGS);
+            let warnings = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
+            super::warn(warnings, MOST_WARNINGS);
             (study, worlds)
         }
         None => args.study.load()?,
@@ -92,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let (planned, altered) = ((&study, worlds.as_slice(), choice), (&own_study, own_worlds.as_slice(), own));
     // All scenes are checked before anything is cast.
     let approaching = Approaching::new(planned, altered, &alteration)?;
-    // A folder that was made here is removed again if nothing can be written.
+    // If nothing can be written, a folder created here is removed again.
     let out = args.out.clone().unwrap_or_else(|| args.study.usual_out("-approach"));
     let folder = OutputFolder::open(&out)?;
     let shown = Shown::Job(args.progress.start("moments", 0, approaching.total()));

@@ -1,5 +1,4 @@
-//! Which backend runs and what it may use: chosen once, here, from `--backend`, `--adapter`, `--threads` and
-//! `--memory`.
+//! Selects the backend and its resources from `--backend`, `--adapter`, `--threads` and `--memory`.
 
 use clap::ValueEnum;
 use perirobot_march::backend::Backend;
@@ -10,30 +9,28 @@ use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 use perirobot_sweep::scoring::bench::{self, Contender};
 
-/// Most threads; no machine of today has as many processors.
+/// Upper limit of threads, above the processors of any current machine.
 const MOST_THREADS: i64 = 1024;
 
 #[derive(clap::Args)]
 #[command(next_help_heading = "Backend")]
 pub(super) struct BackendArgs {
-    /// Which backend computes: auto takes a hardware GPU if there is one, else the CPU
+    /// The backend: auto takes a hardware GPU if there is one, else the CPU
     #[arg(long, value_enum, default_value = "auto")]
     backend: BackendWord,
-    /// A Vulkan adapter for the GPU backend: its number or a part of its name (see `perirobot devices`), or
-    /// `software` for one that runs on the processor. Several, with commas between them, share a sweep
+    /// A Vulkan adapter for the GPU backend: its number or a part of its name (see `perirobot devices`), or `software`
+    /// for one that runs on the processor. Several, separated by commas, share a sweep
     #[arg(long, value_name = "INDEX|NAME|software,...")]
     adapter: Vec<String>,
-    /// Give a software adapter the large batches and the kernels of a GPU, to check them without one; without
-    /// --adapter, the first software adapter
+    /// Give a software adapter the large batches and the kernels of a GPU, for checks without a GPU; without --adapter,
+    /// use the first software adapter
     #[arg(long)]
     as_gpu: bool,
-    /// Threads that prepare scenes and sensors, and of the CPU backend [default: all that the process may
-    /// use]
+    /// Threads that prepare scenes and sensors, and threads of the CPU backend [default: all that the process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
-    /// Memory for evidence (half of it) and, on the CPU, for first hits in what stands still (a quarter): a
-    /// number and KiB, MiB or GiB; a few poses' evidence is kept in any case [default: 512MiB; more on a
-    /// hardware GPU]
+    /// Memory for evidence (half of it) and, on the CPU, for first hits on static objects (a quarter): a number and
+    /// KiB, MiB or GiB; the evidence of a few poses is always kept [default: 512MiB; more on a hardware GPU]
     #[arg(long, value_name = "BYTES", value_parser = super::quantity::bytes)]
     memory: Option<u64>,
 }
@@ -51,8 +48,8 @@ enum BackendWord {
 }
 
 impl BackendArgs {
-    /// Starts the threads that prepare scenes and sensors. The CPU backend has as many of its own, and while
-    /// those work, these wait.
+    /// Starts the threads that prepare scenes and sensors. The CPU backend starts the same number; the two groups work
+    /// alternately.
     pub(super) fn start_threads(&self) -> Result<()> {
         start_threads(self.threads.map(usize::from))
     }
@@ -62,13 +59,13 @@ impl BackendArgs {
         self.check()?.open().map(warn_if_unused)
     }
 
-    /// The backend and its fallbacks. The backend is opened, so that a failure is known at once.
+    /// The backend and its fallbacks. Opens the backend, so that a failure is reported at once.
     pub(super) fn backends(&self) -> Result<ChosenBackends> {
         ChosenBackends::open(&self.check()?).map(warn_if_unused)
     }
 
-    /// Does other work while the backend is opened on a thread of its own. If that work fails, its error counts.
-    /// Several adapters may be named.
+    /// Opens the backend on a separate thread while `work` runs. If `work` fails, its error takes precedence. Several
+    /// adapters may be named.
     pub(super) fn backends_after<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<(T, ChosenBackends)> {
         let choice = self.choice()?;
         std::thread::scope(|threads| {
@@ -79,14 +76,17 @@ impl BackendArgs {
         })
     }
 
-    /// What `bench` measures besides the oracle.
+    /// The backends that `bench` measures, without the oracle.
     pub(super) fn contenders(&self) -> Result<Vec<Contender>> {
         let contenders = bench::contenders(&self.choice()?.for_one_device()?)?;
-        self.tell_of_gpu(contenders.iter().any(|contender| contender.backend.name() == "gpu"), "measured");
+        self.warn_without_gpu(
+            contenders.iter().any(|contender| contender.backend.name() == "gpu"),
+            "measured",
+        );
         Ok(contenders)
     }
 
-    /// Every backend that can run here besides the oracle. A software adapter counts.
+    /// Every backend that can run here, without the oracle, including software adapters.
     pub(super) fn open_all(&self) -> Result<Vec<Box<dyn Backend>>> {
         if self.backend == BackendWord::Oracle {
             return Err(
@@ -94,22 +94,22 @@ impl BackendArgs {
             );
         }
         let all = self.check()?.open_all()?;
-        self.tell_of_gpu(all.iter().any(|backend| backend.name() == "gpu"), "compared");
+        self.warn_without_gpu(all.iter().any(|backend| backend.name() == "gpu"), "compared");
         Ok(all)
     }
 
-    /// The CPU that checks what a device counts.
+    /// The CPU that recounts poses of a device.
     pub(super) fn cpu_beside(&self) -> Result<Cpu> {
         self.choice()?.cpu()
     }
 
-    /// Bytes for evidence, if the user said how many.
+    /// Bytes for evidence, if given.
     pub(super) fn memory(&self) -> Option<u64> {
         self.memory
     }
 
-    /// Warns where any GPU would be used, but there is none.
-    fn tell_of_gpu(&self, is_there: bool, what: &str) {
+    /// Warns if any GPU would do but none is present.
+    fn warn_without_gpu(&self, is_there: bool, what: &str) {
         if self.backend == BackendWord::Auto && !is_there {
             say!("warning: no Vulkan adapter, the GPU backend is not {what} (see `perirobot devices`)");
         }
@@ -148,19 +148,19 @@ impl BackendArgs {
         })
     }
 
-    /// The choice itself, for those who open it later.
+    /// The choice itself, to be opened later.
     #[cfg(feature = "report")]
     pub(super) fn checked_choice(&self) -> Result<BackendChoice> {
         self.check()
     }
 
-    /// The same of a command that works on one device.
+    /// The same for a command that uses a single device.
     fn check(&self) -> Result<BackendChoice> {
         self.choice()?.for_one_device()
     }
 }
 
-/// What was opened, after a warning if that is not the GPU that is there.
+/// The opened backend; warns if it is not the GPU that is present.
 fn warn_if_unused<T>((opened, unused): (T, Option<Error>)) -> T {
     if let Some(reason) = unused {
         say!("warning: {reason}; using the CPU instead");
@@ -168,23 +168,22 @@ fn warn_if_unused<T>((opened, unused): (T, Option<Error>)) -> T {
     opened
 }
 
-/// Threads of a command that needs no backend.
+/// Threads of a command without a backend.
 #[derive(clap::Args)]
 pub(super) struct ThreadArgs {
-    /// How many threads compute [default: all that the process may use]
+    /// The number of threads [default: all that the process may use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
 }
 
 impl ThreadArgs {
-    /// Starts them.
     pub(super) fn start(&self) -> Result<()> {
         start_threads(self.threads.map(usize::from))
     }
 }
 
-/// Starts the threads that prepare scenes and sensors, before any of that begins: as many as the process may
-/// use unless a number is given.
+/// Starts the threads that prepare scenes and sensors, before that work begins: all that the process may use unless a
+/// number is given.
 pub(super) fn start_threads(threads: Option<usize>) -> Result<()> {
     let threads = threads.or_else(|| std::thread::available_parallelism().ok().map(|n| n.get())).unwrap_or(1);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);

@@ -1,5 +1,4 @@
-//! `perirobot bench`: how fast each backend does the whole job, as tables to paste. Measured in
-//! `scoring::bench`.
+//! `perirobot bench`: speed of each backend on the whole job, as tables to paste. Measured in `scoring::bench`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -15,20 +14,20 @@ use perirobot_sweep::scoring::bench::{Race, casts, race};
 use super::backend::BackendArgs;
 use super::packages::PackageArgs;
 
-/// Measure how fast each backend is, as a ratio to the oracle
+/// Measure the speed of each backend, as a ratio to the oracle
 ///
 /// Scores the same poses on the oracle (one thread, plain march), the CPU (one thread with each set of vector
-/// instructions that the processor has, and all threads with none and with the most) and the GPU, exactly as
-/// `perirobot sweep` does: cast, carve, fuse and count, in every representation and region of the study. Prints a
-/// Markdown table for each voxel size and each combination that casts rays.
+/// instructions that the processor has, and all threads with none and with the most) and the GPU, exactly as `perirobot
+/// sweep` does: cast, carve, fuse and count, in every representation and region of the study. Prints a Markdown table
+/// for each voxel size and each combination that casts rays.
 ///
-/// A line is the fastest of as many rounds over all poses as take a second (--seconds), three at least. The
-/// column "load" is the time to make a scene ready for a backend, acceleration structures included, when a
-/// scene or snapshot is first used; no other column contains it. One-thread lines have one thread for the
-/// host's share of the work, too; "no SIMD" has the vector instructions that every processor of the architecture has.
+/// A line is the fastest round over all poses; rounds repeat for a second (--seconds), at least three times. The column
+/// "load" is the time to make a scene ready for a backend, acceleration structures included, at the first use of a
+/// scene or snapshot; no other column contains it. One-thread lines also have a single thread for the host's share of
+/// the work; "no SIMD" uses only the vector instructions that every processor of the architecture has.
 ///
-/// Times mean little while other programs run; ratios to the oracle, from the same minute, mean more. If any
-/// count differs from the oracle's, the first difference is named, and the exit code is 1.
+/// Times are unreliable while other programs run; ratios to the oracle, measured in the same minute, are more robust.
+/// If any count differs from the oracle's, the first difference is printed, and the exit code is 1.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -45,13 +44,13 @@ pub(super) struct Args {
     /// Edges of a voxel in metres, instead of the study's
     #[arg(long, value_name = "METRES,…", value_delimiter = ',', default_values_t = [0.05, 0.02, 0.01])]
     voxel_size: Vec<f64>,
-    /// Choices of poses of each combination, spread evenly over the study's order
+    /// Choices of poses of each combination, evenly spaced in the study's order
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..))]
     poses: u32,
-    /// Repeat each measurement until its rounds took so many seconds together; 0 for a single round
+    /// Repeat each measurement for this many seconds in total; 0 for a single round
     #[arg(long, value_name = "SECONDS", default_value_t = 1, value_parser = clap::value_parser!(u16))]
     seconds: u16,
-    /// Ideal sensors: no noise, no lost returns, no error of the mount, whatever the study says
+    /// Ideal sensors: no noise, no lost returns, no mounting error, overriding the study
     #[arg(long)]
     noiseless: bool,
     #[command(flatten)]
@@ -74,7 +73,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
             let casting: Vec<usize> = combinations.filter(|&c| casts(&study, c)).collect();
             if casting.is_empty() {
                 let what =
-                    format!("{}: no combination casts rays: there is nothing to measure", path.display());
+                    format!("{}: no combination casts rays, so there is nothing to measure", path.display());
                 return Err(Issue::says(what).into());
             }
             let begin = Instant::now();
@@ -102,7 +101,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
-/// What was measured: the study, the scene, its grid and its regions.
+/// The measured study: its scene, grid and regions.
 fn headline(study: &Study, worlds: &[World], prepare: Duration) -> String {
     let (world, [x, y, z]) = (&worlds[0], worlds[0].grid.size);
     let (size_cm, window) = (100.0 * study.voxel_size_m, window_of(&world.regions));
@@ -127,7 +126,7 @@ fn headline(study: &Study, worlds: &[World], prepare: Duration) -> String {
     )
 }
 
-/// The lines of a race.
+/// The lines of one comparison.
 fn table(race: &Race) -> String {
     let mut text = format!(
         "{}: {} scene-poses, {} rays\n\n\
@@ -154,7 +153,7 @@ fn table(race: &Race) -> String {
     text + &format!("\n{verdict}\n\n")
 }
 
-/// The most memory that the process has held so far, where the system tells.
+/// Peak memory of the process, if the system reports it.
 fn memory() -> String {
     super::contents::held_mib()
         .map_or(String::new(), |mib| format!("Most memory held so far: {mib} MiB.\n\n"))

@@ -1,5 +1,5 @@
-//! `perirobot check`: what a study contains, how the rays of a few poses end, how long all would take, and
-//! everything that is wrong with it. Read in `input`, cast in `scoring::sample`, told in `contents`.
+//! `perirobot check`: the contents of a study, how the rays of a few poses end, the estimated duration, and all errors.
+//! Read in `input`, cast in `scoring::sample`, printed in `contents`.
 
 use std::process::ExitCode;
 
@@ -16,15 +16,14 @@ use super::backend::BackendArgs;
 use super::contents;
 use super::study::StudyArgs;
 
-/// Say what a study holds, what is wrong, how long it takes
+/// List what a study contains, its errors, and how long it takes
 ///
-/// Reads the study, its scenes and all meshes, and lists scenes, objects, regions, sensors, poses and rows of
-/// results. Casts a few poses of each sensor, and says how many of their rays return, end too near, too far,
-/// or leave the grid; where most do not return it warns, with the cure. Times a few more on the backend that
-/// would sweep.
+/// Reads the study, its scenes and all meshes, and lists scenes, objects, regions, sensors, poses and rows of results.
+/// Casts a few poses of each sensor and prints how many of their rays return, end too near, end too far, or leave the
+/// grid; warns, with a remedy, if most rays of a sensor do not return. Times a few more poses on the backend that would
+/// sweep.
 ///
-/// All errors that can be judged independently are listed at once; then the exit code is 2. With warnings
-/// only it is 0.
+/// All independent errors are listed at once; the exit code is then 2. With warnings only it is 0.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -33,17 +32,17 @@ Examples:
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
-    /// Poses of each sensor to cast, spread evenly over the study's order; 0 casts and times nothing
+    /// Poses of each sensor to cast, evenly spaced in the study's order; 0 casts and times nothing
     #[arg(long, value_name = "N", default_value_t = 8)]
     poses: usize,
-    /// Tell all: each scene, object, region, sensor, combination and warning, not only what fits a screen
+    /// Print everything: each scene, object, region, sensor, combination and warning, even beyond one screen
     #[arg(long)]
     all: bool,
     #[command(flatten)]
     backend: BackendArgs,
 }
 
-/// The most warnings, errors and sensors that are printed without `--all`.
+/// The most warnings, errors and sensors printed without `--all`.
 const FEW_WARNINGS: usize = 10;
 const FEW_PROBLEMS: usize = 20;
 const FEW_SENSORS: usize = 3;
@@ -56,13 +55,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     };
     super::print(&contents::tables(&study, &worlds, args.all))?;
     let few = |few: usize| if args.all { usize::MAX } else { few };
-    let of_scenes = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
-    let mut warnings = super::warn(of_scenes, few(FEW_WARNINGS));
+    let scene_warnings = worlds.iter().map(|world| (world.name.as_str(), world.warnings.as_slice()));
+    let mut warnings = super::warn(scene_warnings, few(FEW_WARNINGS));
     for said in [check_postures(&study, &worlds), check_approach(&study, &worlds)] {
         match said {
             Ok(said) => {
-                let said = said.iter().map(|(scene, said)| (*scene, said.as_slice()));
-                warnings += super::warn(said, few(FEW_WARNINGS));
+                let messages = said.iter().map(|(scene, said)| (*scene, said.as_slice()));
+                warnings += super::warn(messages, few(FEW_WARNINGS));
             }
             Err(problem) => problems.push(problem),
         }
@@ -81,7 +80,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let checker = cpu.as_mut().map(|cpu| Checker { backend: cpu, every: ONE_IN });
         let seconds = sample::seconds(&study, &worlds, backend.as_mut(), checker)?;
         super::print(&format!(
-            "estimate: {} on {} ({}), by a few poses; scenes are ready by then\n",
+            "estimate: {} on {} ({}), from a few poses; without the time to prepare the scenes\n",
             contents::time(seconds),
             backend.name(),
             backend.device()
@@ -102,8 +101,8 @@ fn verdict(warnings: usize) -> String {
     }
 }
 
-/// Prints the errors, as many as fit a screen without `--all`. The exit code is 3 if all of them are errors
-/// of the disk, which may go away.
+/// Prints the errors, without `--all` only those that fit on a screen. The exit code is 3 if all are disk errors, since
+/// those may be temporary.
 fn refuse(problems: &[Error], all: bool) -> ExitCode {
     let (count, most) = (problems.len(), if all { usize::MAX } else { FEW_PROBLEMS });
     problems.iter().take(most).for_each(|problem| say!("error: {}", super::flags::to_text(problem)));
@@ -132,12 +131,12 @@ fn rays(study: &Study, ends: &[EndCounts], most: usize) -> String {
     let casting: Vec<_> = study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0).collect();
     let text = contents::first_of(casting.into_iter().map(line), most, "", "sensor with rays");
     let (cast, all) = (sample::SENSORS, study.sensors.len());
-    let rest = if all > cast { format!("of {all} sensors {cast} were looked at\n") } else { String::new() };
+    let rest = if all > cast { format!("{cast} of {all} sensors were cast\n") } else { String::new() };
     if text.is_empty() { text } else { text + &rest + "\n" }
 }
 
-/// Warns of each sensor of which most rays do not return, with what to do, as many as are wished for; how
-/// many there are.
+/// Warns, with a remedy, of each sensor of which most rays do not return; prints at most `most` of them and returns
+/// their number.
 fn advise(study: &Study, ends: &[EndCounts], most: usize) -> usize {
     let cures = study
         .sensors
@@ -147,12 +146,12 @@ fn advise(study: &Study, ends: &[EndCounts], most: usize) -> usize {
     let cures: Vec<_> = cures.collect();
     cures.iter().take(most).for_each(|(sensor, cure)| say!("warning: sensor {:?}: {cure}", sensor.name));
     if cures.len() > most {
-        say!("and of {} sensors more most rays do not return (--all)", cures.len() - most);
+        say!("most rays of {} more sensors do not return either (--all)", cures.len() - most);
     }
     cures.len()
 }
 
-/// What to do about the end that most rays have.
+/// The remedy for the most frequent end of the rays.
 fn cure(study: &Study, sensor: &Sensor, ends: &EndCounts) -> Option<String> {
     let most = |some: u64| 2 * some > ends.rays();
     let is_along_rays = sensor.kind.range().is_some_and(|range| range.along == Along::Ray);

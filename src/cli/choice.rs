@@ -1,4 +1,4 @@
-//! `--pose` and what goes with it: which choice of poses a command looks at, in which scene.
+//! `--pose` and related flags: the choice of poses that a command looks at, and its scene.
 
 use perirobot_decide::judge::{Alteration, LeaderScope};
 use perirobot_decide::look::Look;
@@ -10,33 +10,33 @@ use perirobot_study::world::World;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]
 pub(super) struct ChoiceArgs {
-    /// Which poses, as in the column `poses` of results.csv, or any poses of the study joined by ";"; of a sensor scored
-    /// alone, the pose's own name will do
+    /// The poses, as in the column `poses` of results.csv, or any poses of the study joined by ";"; for a sensor scored
+    /// alone, the pose's name alone suffices
     #[arg(long, value_name = "POSES")]
     pose: String,
     #[command(flatten)]
     rest: RestArgs,
 }
 
-/// Which choice of poses a command judges, over all scenes.
+/// The choice of poses that a command judges, over all scenes.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]
 pub(super) struct SetArgs {
-    /// Which poses, as in the column `poses` of results.csv, or any poses of the study joined by ";"; of a sensor scored
-    /// alone, the pose's own name will do
+    /// The poses, as in the column `poses` of results.csv, or any poses of the study joined by ";"; for a sensor scored
+    /// alone, the pose's name alone suffices
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
-    /// The combination, or the set of `perirobot choose`, as in "best 2" [default: any; with --pose the only one that has
-    /// such a choice of poses]
+    /// The combination, or the set of `perirobot choose`, as in "best 2" [default: any; with --pose the only one that
+    /// contains these poses]
     #[arg(long, visible_alias = "set", value_name = "NAME")]
     combination: Option<String>,
-    /// What the sensors are taken to say, as in results.csv [default: the first]
+    /// The representation of the sensor data, as in results.csv [default: the first]
     #[arg(long, value_name = "NAME")]
     representation: Option<String>,
 }
 
 impl SetArgs {
-    /// The study with the set that is named, if one is, as [`with_set`] adds it.
+    /// The study with the named set, if any, added by [`with_set`].
     pub(super) fn with_set(&self, study: Study) -> Study {
         match &self.pose {
             Some(poses) => with_set(study, poses, self.combination.as_deref()),
@@ -44,7 +44,7 @@ impl SetArgs {
         }
     }
 
-    /// The choice that is named, if one is.
+    /// The named choice, if any.
     pub(super) fn find_choice(&self, study: &Study, worlds: &[World]) -> Result<Option<Choice>> {
         let Some(poses) = self.pose.clone() else { return Ok(None) };
         let (combination, representation) = (self.combination.clone(), self.representation.clone());
@@ -52,12 +52,12 @@ impl SetArgs {
         Ok(Some(find(study, worlds, &names)?.1))
     }
 
-    /// Whether no choice is named in any way.
+    /// Whether no choice is named.
     pub(super) fn is_any(&self) -> bool {
         self.pose.is_none() && self.combination.is_none() && self.representation.is_none()
     }
 
-    /// Among which choices the best are looked for.
+    /// The choices among which the best are selected.
     pub(super) fn filter(&self) -> LeaderScope<'_> {
         LeaderScope {
             combination: self.combination.as_deref(),
@@ -66,47 +66,46 @@ impl SetArgs {
     }
 }
 
-/// All but the poses.
+/// All flags but the poses.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]
 pub(super) struct RestArgs {
-    /// The combination, where several have such a choice of poses
+    /// The combination, if several contain these poses
     #[arg(long, value_name = "NAME", requires = "pose")]
     combination: Option<String>,
-    /// What the sensors are taken to say, as in results.csv [default: the first]
+    /// The representation of the sensor data, as in results.csv [default: the first]
     #[arg(long, value_name = "NAME", requires = "pose")]
     representation: Option<String>,
     /// The scene [default: the study's first]
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// Which moment of a moving scene
+    /// The moment of a moving scene
     #[arg(long, value_name = "N", default_value_t = 0)]
     snapshot: usize,
-    /// Which repeat, for sensors with noise
+    /// The repeat, for sensors with noise
     #[arg(long, value_name = "N", default_value_t = 0, requires = "pose")]
     repeat: usize,
     #[command(flatten)]
     alteration: AlterationArgs,
 }
 
-/// What of a choice of poses is not as planned.
+/// How a choice of poses differs from the plan.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Poses")]
 pub(super) struct AlterationArgs {
-    /// Without a sensor of the choice, as in camera:wall/1/0, as if it were dead; repeat it for more
+    /// Without a sensor of the choice, as in camera:wall/1/0, as if it had failed; repeat it for more
     #[arg(long, value_name = "SENSOR:POSE", requires = "pose")]
     dead: Vec<String>,
     /// With the mounts of this draw of the study's [mounting_error], counted from 0
     #[arg(long, value_name = "N", requires = "pose", conflicts_with = "dead")]
     draw: Option<u32>,
-    /// With this one of the study's [postures] instead of the scenes' people: person/spot, spots counted from 0, as
-    /// in standing/0
+    /// With this one of the study's [postures] instead of the scenes' people: person/spot, spots counted from 0, as in
+    /// standing/0
     #[arg(long, value_name = "PERSON/SPOT", requires = "pose", conflicts_with_all = ["dead", "draw"])]
     posture: Option<String>,
 }
 
 impl AlterationArgs {
-    /// What is different.
     pub(super) fn alteration(&self) -> Alteration {
         match (&self.posture, self.draw) {
             (Some(name), _) => Alteration::Posture(name.clone()),
@@ -118,29 +117,28 @@ impl AlterationArgs {
 }
 
 impl ChoiceArgs {
-    /// The study with the set that is named, as [`with_set`] adds it.
+    /// The study with the named set, if any, added by [`with_set`].
     pub(super) fn with_set(&self, study: Study) -> Study {
         self.rest.with_set(study, &self.pose)
     }
 
-    /// Finds it in a study.
     pub(super) fn look<'a>(&self, study: &'a Study, worlds: &'a [World]) -> Result<Look<'a>> {
         self.rest.look(&self.pose, study, worlds)
     }
 }
 
 impl RestArgs {
-    /// The study with the set that is named, as [`with_set`] adds it.
+    /// The study with the named set, if any, added by [`with_set`].
     pub(super) fn with_set(&self, study: Study, poses: &str) -> Study {
         with_set(study, poses, self.combination.as_deref())
     }
 
-    /// Finds a choice of poses in a study, and alters it where that is asked for.
+    /// Finds a choice of poses in a study, and applies the alteration, if any.
     pub(super) fn look<'a>(&self, poses: &str, study: &'a Study, worlds: &'a [World]) -> Result<Look<'a>> {
         Look::new(study, worlds, &self.selector(poses), self.alteration.alteration())
     }
 
-    /// Finds the scene alone, by its index, and its snapshot.
+    /// Finds only the scene, by its index, and its snapshot.
     pub(super) fn find_scene(&self, study: &Study) -> Result<(usize, usize)> {
         Ok((find_scene(study, &self.selector(""))?, self.snapshot))
     }

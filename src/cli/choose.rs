@@ -1,4 +1,4 @@
-//! `perirobot choose`: the best set of sensors. Cast and searched in `choose`, told in `report::terminal::choose`.
+//! `perirobot choose`: the best set of sensors. Cast and searched in `choose`, printed in `report::terminal::choose`.
 
 mod cheapest;
 
@@ -29,19 +29,20 @@ use super::swept::{self, StudyPlace};
 
 /// Find the cheapest set that passes, or the best, and prove it
 ///
-/// A study with [[require]] and the cost of each sensor asks for the cheapest set that passes all requirements, under
-/// all their conditions; [choose] may say what such a set may have and cost, and ask also for the cheapest set at each
-/// speed of the robot, without each requirement or for each number of them (objective = "cost"). A study whose [choose]
-/// names a score asks for the best set of each size and each step of cost, with what no set is above. Every pose is cast
-/// once; then allowed sets are searched. What is proven holds of the listed poses, at this voxel size, in these scenes.
+/// For a study with [[require]] and the cost of each sensor, finds the cheapest set that passes all requirements under
+/// all their conditions. [choose] can limit the number of sensors and the cost, and request also the cheapest set at
+/// each speed of the robot, without each requirement, or for each number of requirements (objective = "cost"). For a
+/// study whose [choose] names a score, finds the best set of each size and each step of cost, with a proven upper
+/// bound. Every pose is cast once; then allowed sets are searched. Proofs hold for the listed poses, at this voxel
+/// size, in these scenes.
 ///
 /// Writes cheapest.csv and cheapest.json with the verdicts of judge, or front.csv, sets.csv and choose.json, into the
-/// output folder, and what a sweep of the sets that were found would write, so that `summary`, `compare`, `why`,
+/// output folder, and the files that a sweep of the found sets would write, so that `summary`, `compare`, `why`,
 /// `render`, `export` and `report` take the folder. The exit code is 4 if no set passes.
 ///
-/// The evidence of each pose is kept there (evidence.journal): after an interruption the same command continues,
-/// and another question about the same study (objective, region, budget, requirements) casts nothing. A folder
-/// with the evidence of another study is refused, with the differences.
+/// The folder keeps the evidence of each pose (evidence.journal): after an interruption the same command continues, and
+/// another question about the same study (objective, region, budget, requirements) casts nothing. A folder with the
+/// evidence of another study is refused, with the differences.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false).required_unless_present("verify")))]
@@ -52,19 +53,19 @@ use super::swept::{self, StudyPlace};
 pub(super) struct Args {
     #[command(flatten)]
     study: Option<StudyArgs>,
-    /// Folder for the answer; made if needed [default: out/ and the study's name with -choose]
+    /// Folder for the answer; created if needed [default: out/ and the study's name with -choose]
     #[arg(long, value_name = "DIR", help_heading = "Results")]
     out: Option<PathBuf>,
-    /// Begin anew: what the folder holds of earlier casting is lost
+    /// Start over: discard earlier casting in the folder
     #[arg(long, help_heading = "Results")]
     restart: bool,
-    /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d), and tell the best
-    /// sets so far with what no set is above
+    /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d), and report the best sets
+    /// found with their bounds
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Results")]
     max_time: Option<Duration>,
-    /// Check the proof in this folder instead: its sets are counted again by the plain oracle, that no set is better is
-    /// searched again by other code, with all poses cast again, refining is done again, and every value of choose.json
-    /// and of the tables is compared; exit code 2 names what does not hold. The study is the folder's unless one is named
+    /// Check the proof in this folder instead: all poses are cast again, the plain oracle counts the sets again, other
+    /// code repeats the searches and the refining, and every value of choose.json and of the tables is compared; with
+    /// exit code 2 the message names the first wrong claim. The study is the folder's unless one is named
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "restart"], help_heading = "Results")]
     verify: Option<PathBuf>,
     #[command(flatten)]
@@ -80,7 +81,7 @@ Examples:
   perirobot choose scenes/choose.toml
       the best one, two and three sensors, into out/choose-choose
   perirobot choose scenes/choose.toml --max-time 60s --out out/best
-      what a minute gives
+      the best sets found in a minute
   perirobot choose --verify out/best
       check it
   perirobot report out/best
@@ -89,7 +90,7 @@ Examples:
 On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the best sets so far are told and
 written, or what was cast is kept, and the exit code is 75.";
 
-/// What follows if evidence is read from a file.
+/// The consequence of reading evidence from a file.
 const FILED: &str = "sets come from adding and swapping single sensors, with a bound by cuts";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -102,7 +103,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
-/// Finds the sets, writes them and prints them.
+/// Finds the sets, writes and prints them.
 fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let begin = Instant::now();
     let out = args.out.clone().unwrap_or_else(|| study.usual_out("-choose"));
@@ -122,11 +123,11 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     let found = choosing.search(&evidence, &mut backends, &onlooker)?;
     onlooker.finish();
     let Some(Found { outcome, ending }) = found else {
-        say!("{}: no set was found yet, and nothing is written", stop.reason().unwrap_or_default());
+        say!("{}: no set was found yet, so nothing was written", stop.reason().unwrap_or_default());
         return Ok(stop_code());
     };
     let progress = args.progress.start("sets", 0, outcome.total());
-    // What was found is written even if the search was stopped.
+    // Results are written even if the search was stopped.
     let onlooker = Onlooker::new(Shown::Job(progress), None, false);
     let results = outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command(), &onlooker)?;
     onlooker.finish();
@@ -147,9 +148,9 @@ fn search(args: &Args, study: &StudyArgs, stop: &StopAt) -> Result<ExitCode> {
     Ok(stop_code())
 }
 
-/// How the study of a folder is found.
+/// Where to find the study of a folder.
 const PLACE: StudyPlace =
-    StudyPlace { named: None, cure: ", or name it: perirobot choose STUDY --verify DIR" };
+    StudyPlace { named: None, cure: ", or name the study: perirobot choose STUDY --verify DIR" };
 
 /// Checks the proof in a folder.
 fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
@@ -175,19 +176,19 @@ fn verify(args: &Args, folder: &Path, stop: &StopAt) -> Result<ExitCode> {
     let bounded = if bounded > 0 { format!(", {bounded} bounds added up again") } else { String::new() };
     let mut open = if open > 0 { format!("; {open} steps claim no proof") } else { String::new() };
     if stopped {
-        open += "; the search was stopped, so that sizes and steps of cost may be missing";
+        open += "; the search was stopped, so sizes and steps of cost may be missing";
     }
     if refining_stopped {
-        open += "; refining was stopped, so that it was not searched again";
+        open += "; refining was stopped, so it was not repeated";
     }
     super::print(&format!(
-        "{sets} sets counted again, {proven} steps proven again{bounded}, all tables compared{open}: all of it holds\n"
+        "{sets} sets counted again, {proven} steps proven again{bounded}, all tables compared{open}: all claims hold\n"
     ))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// What every candidate says in each region that was asked for: what is there already, and the rest cast. `filed` says
-/// what follows if that is read from a file.
+/// The evidence of every candidate in each requested region: read from the journal, or cast. `filed` describes the
+/// consequence of reading it from a file.
 fn cast(
     args: &Args,
     casting: Casting,
@@ -199,7 +200,7 @@ fn cast(
     if let Some(path) = casting.path().map(Path::display) {
         if casting.damaged > 0 {
             let damaged = casting.damaged;
-            say!("warning: {path}: damaged in {damaged} places: what stood there is cast again");
+            say!("warning: {path}: damaged in {damaged} places; the lost evidence is cast again");
         }
         match total - left {
             0 => {}
@@ -224,7 +225,7 @@ fn cast(
 }
 
 impl Args {
-    /// How many bytes of evidence may be held.
+    /// Limit of evidence in memory, in bytes.
     fn evidence_bytes(&self) -> u64 {
         self.backend.memory().unwrap_or(MEMORY_BYTES)
     }

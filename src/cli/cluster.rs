@@ -1,4 +1,4 @@
-//! `perirobot cluster`: a sweep as a script for what a cluster already runs.
+//! `perirobot cluster`: a sweep as a script for the workload manager of a cluster.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,10 +14,9 @@ use super::outcome::OutcomeArgs;
 
 /// Write a script that sweeps in shards on a cluster
 ///
-/// A cluster's own engine does the work: the script gives each shard to one of its tasks, a task that is
-/// stopped goes on where it was, and at the end the shards are merged into what a single run would have
-/// written, byte for byte. Nothing is submitted before you run the script. What follows `--` is handed to
-/// `perirobot sweep`.
+/// The cluster's workload manager does the work: the script assigns each shard to one task, a stopped task resumes, and
+/// at the end the shards are merged into the results of a single run, byte for byte. Nothing is submitted before you
+/// run the script. Arguments after `--` are passed to `perirobot sweep`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -31,7 +30,7 @@ Examples:
     --claim CLAIM --script my.yaml
       then: kubectl apply -f my.yaml
 
-Each engine's --help says what happens when a task is stopped or fails.")]
+Each engine's --help describes how stopped and failed tasks resume.")]
 pub(super) struct Args {
     #[command(subcommand)]
     engine: Engine,
@@ -39,59 +38,58 @@ pub(super) struct Args {
 
 #[derive(Subcommand)]
 enum Engine {
-    /// A shell script: an array job of Slurm, and the merge as the job that depends on it
+    /// A shell script: an array job of Slurm, and the merge as a dependent job
     ///
-    /// `sh FILE` submits both and returns. A task whose time is up, whose node is lost or whose program fails
-    /// goes back into the queue and goes on where it was; bad input and wrong counts end it for good, as
-    /// another try would not help. When all tasks have ended, the merge writes the tables into --out, or its
-    /// log names the shards that lack rows: `sh FILE` again goes on with them. Logs are in OUT/logs.
+    /// `sh FILE` submits both and returns. A task that runs out of time, loses its node or fails is requeued and
+    /// resumes; bad input and wrong counts end it for good, since another try would not help. When all tasks have
+    /// ended, the merge writes the tables into --out, or its log names the incomplete shards: run `sh FILE` again to
+    /// finish them. Logs are in OUT/logs.
     Slurm {
         #[command(flatten)]
         job: JobArgs,
-        /// Where the program is on the nodes [default: where this one is]
+        /// Path of the program on the nodes [default: this program's path]
         #[arg(long, value_name = "PATH")]
         program: Option<VisibleWord>,
-        /// How long a task may run before it goes back into the queue [default: the partition's limit]
+        /// Time limit of a task before it is requeued [default: the partition's limit]
         #[arg(long, value_name = "MINUTES")]
         time_limit: Option<u32>,
-        /// How many tasks an array job may have (MaxArraySize in `scontrol show config`)
+        /// The most tasks of an array job (MaxArraySize in `scontrol show config`)
         #[arg(long, value_name = "N", default_value_t = slurm::MAX_ARRAY_SIZE)]
         max_array_size: u32,
     },
     /// A shell script: an array of HyperQueue's tasks, then the merge
     ///
-    /// `sh FILE` submits the tasks, waits for them, and merges. A task that is stopped goes on at once where
-    /// it was; tasks that fail are submitted again, --tries times at most. If shards still lack rows, the
-    /// merge names them: `sh FILE` again goes on with them. Logs are in OUT/logs.
+    /// `sh FILE` submits the tasks, waits for them, and merges. A stopped task resumes at once; failed tasks are
+    /// submitted again, at most --tries times. If shards are still incomplete, the merge names them: run `sh FILE`
+    /// again to finish them. Logs are in OUT/logs.
     Hyperqueue {
         #[command(flatten)]
         job: JobArgs,
-        /// Where the program is on the nodes [default: where this one is]
+        /// Path of the program on the nodes [default: this program's path]
         #[arg(long, value_name = "PATH")]
         program: Option<VisibleWord>,
     },
     /// A manifest: an Indexed Job of Kubernetes, and the merge as a second Job
     ///
-    /// All paths are those in the container, so the study is not looked at here. A pod that is stopped is
-    /// replaced by one that goes on where it was; one that fails, --tries times at most; bad input and wrong
-    /// counts end the Job. The merge is started by hand when all pods have ended; the manifest's first lines
-    /// say how.
+    /// All paths are those in the container, so the study is not read here. A stopped pod is replaced by one that
+    /// resumes; a failed pod also, at most --tries times; bad input and wrong counts end the Job. Start the merge by
+    /// hand when all pods have ended; the first lines of the manifest describe how.
     Kubernetes {
         #[command(flatten)]
         job: JobArgs,
-        /// The program in the image
+        /// Path of the program in the image
         #[arg(long, value_name = "PATH", default_value = "perirobot")]
         program: VisibleWord,
         /// The container image
         #[arg(long)]
         image: VisibleWord,
-        /// The volume claim with the study, which takes the results
+        /// The volume claim with the study; the results go there, too
         #[arg(long)]
         claim: VisibleWord,
-        /// Where the volume is mounted; relative paths start there
+        /// Mount point of the volume; relative paths start there
         #[arg(long, value_name = "PATH", default_value = "/data")]
         mount: VisibleWord,
-        /// How many pods run at a time [default: all]
+        /// The most pods at a time [default: all]
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
         parallelism: Option<u32>,
     },
@@ -101,30 +99,30 @@ enum Engine {
 struct JobArgs {
     /// The study file (TOML)
     study: VisibleWord,
-    /// How many shards: as many as may run at a time, or a few times that
+    /// The number of shards: that of simultaneous tasks, or a few times that
     #[arg(long, value_name = "N")]
     shards: u32,
     /// Folder for the results, shared by all nodes [default: out/ and the study's name]
     #[arg(long, value_name = "DIR")]
     out: Option<VisibleWord>,
-    /// What the engine calls it [default: perirobot- and the study's name]
+    /// The job's name [default: perirobot- and the study's name]
     #[arg(long)]
     name: Option<VisibleWord>,
     /// Processors of each task
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     cpus: u16,
-    /// Memory that the engine gives to each task, a number and KiB, MiB or GiB [default: the engine's]
+    /// Memory of each task, a number and KiB, MiB or GiB [default: the workload manager's]
     #[arg(long, value_name = "BYTES", value_parser = super::quantity::bytes)]
     memory: Option<u64>,
-    /// How often a shard that fails is tried again; one that is stopped and has new rows goes on in any case
+    /// How often a failed shard is tried again; a stopped shard with new rows always resumes
     #[arg(long, value_name = "N", default_value_t = 5)]
     tries: u32,
-    /// Write the script there instead of to standard output
+    /// Write the script to this file instead of standard output
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
     #[command(flatten)]
     outcome: OutcomeArgs,
-    /// What `perirobot sweep` is told besides, as in -- --backend cpu --memory 1GiB
+    /// Further arguments of `perirobot sweep`, as in -- --backend cpu --memory 1GiB
     #[arg(last = true)]
     sweep_arguments: Vec<VisibleWord>,
 }
@@ -158,7 +156,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 impl JobArgs {
-    /// The job on machines that share their files with this one, so that the study can be looked at.
+    /// The job for machines that share files with this one, so that the study can be read.
     fn job_here(&self, program: &Option<VisibleWord>) -> Result<Job> {
         let program = match program {
             Some(program) => program.clone(),
@@ -169,7 +167,7 @@ impl JobArgs {
         let choices: usize = study.combinations.iter().map(|combination| combination.choices()).sum();
         if self.shards as usize > choices {
             return Err(Issue::says(format!(
-                "--shards {}: {} has {choices} choices of poses; write {choices} or less",
+                "--shards {}: {} has only {choices} choices of poses: write {choices} or less",
                 self.shards, self.study
             ))
             .into());
@@ -177,7 +175,7 @@ impl JobArgs {
         Ok(job)
     }
 
-    /// The job, as far as its words tell.
+    /// The job from the arguments alone.
     fn job(&self, program: VisibleWord) -> Result<Job> {
         let stem = Path::new(self.study.text()).file_stem().unwrap_or_default().to_string_lossy();
         let word = |text: String| text.parse::<VisibleWord>().map_err(|e| e.with_place("STUDY").into());
@@ -197,18 +195,18 @@ impl JobArgs {
         let fixed = ["perirobot", "sweep", job.study.text(), "--out", job.out.text()];
         let sweep = fixed.into_iter().chain(job.sweep_arguments.iter().map(VisibleWord::text));
         super::Cli::try_parse_from(sweep).map_err(|e| {
-            let said = e.to_string();
-            let first = said.lines().next().unwrap_or_default();
+            let message = e.to_string();
+            let first = message.lines().next().unwrap_or_default();
             Error::input("after `--`", first.trim_start_matches("error: "))
         })?;
         Ok(job)
     }
 }
 
-/// Where the running program is.
+/// Path of the running program.
 fn this_program() -> Result<VisibleWord> {
     let needed = "--program is needed here";
     let path = std::env::current_exe().map_err(|e| Error::input(needed, e.to_string()))?;
-    let word = path.to_str().ok_or(Issue::says("is no text")).and_then(str::parse);
+    let word = path.to_str().ok_or(Issue::says("is not valid text")).and_then(str::parse);
     word.map_err(|e: Issue| e.with_place(Site::Subject(path.display().to_string())).with_place(needed).into())
 }

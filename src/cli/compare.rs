@@ -13,30 +13,30 @@ use super::score::ScoreArg;
 
 /// Put placements of one sweep, or of two, side by side
 ///
-/// Reads the folders of finished sweeps and prints, for each region, every score of each placement (one
-/// column a placement), for two of them the difference, and last what all positions of the study could reach
-/// together: over all scenes (mean, worst and pooled), then for each scene. Of two sweeps it says what
-/// differs. Nothing is cast.
+/// Reads the folders of finished sweeps and prints, for each region, every score of each placement (one column a
+/// placement), the difference if there are two, and the maxima over all positions of the study: over all scenes (mean,
+/// worst and pooled), then for each scene. For two sweeps it also prints how they differ. Nothing is cast.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Folder that `perirobot sweep` or `perirobot choose` has written, and another, for a sweep of a changed study
+    /// Folder written by `perirobot sweep` or `perirobot choose`, and another, for a sweep of a changed study
     #[arg(value_name = "DIR", required = true, num_args = 1..=2)]
     folders: Vec<PathBuf>,
-    /// A placement, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own name
-    /// will do. Repeat it for each
+    /// A placement, as in the column `poses` of results.csv; for a sensor scored alone, the pose's name alone suffices.
+    /// Repeat it for each
     #[arg(long, value_name = "POSES", required_unless_present = "best")]
     pose: Vec<String>,
-    /// Instead of names: how many of the best placements of each sweep in each region
+    /// Instead of names: the number of best placements of each sweep in each region
     #[arg(long, value_name = "N", conflicts_with = "pose", value_parser = clap::value_parser!(u32).range(1..=26))]
     best: Option<u32>,
-    /// By which score they are the best [default: f1]
+    /// The score that ranks them [default: f1]
     #[arg(long, value_enum, conflicts_with = "pose")]
     score: Option<ScoreArg>,
-    /// Only placements of this combination [default: all that have them]
+    /// Only placements of this combination [default: every combination with these poses]
     #[arg(long, value_name = "NAME")]
     combination: Option<String>,
-    /// What the sensors are taken to say, as in results.csv [default: of names the first, of the best any]
+    /// The representation of the sensor data, as in results.csv [default: the first for named placements, any for the
+    /// best]
     #[arg(long, value_name = "NAME")]
     representation: Option<String>,
     /// Only this scene
@@ -59,8 +59,8 @@ Examples:
       one placement in two sweeps
 
 How to read it:
-  Of unknown and false_alarm less is better, of all others more. human_claimed
-  is worth nothing without its false_alarm.
+  Lower unknown and false_alarm are better, higher values of all other scores.
+  Read human_claimed together with its false_alarm.
   A score without a value (nothing of the kind is in the region) is a dash.";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
@@ -68,7 +68,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     notes.iter().for_each(|note| say!("note: {note}"));
     let (regions, left_out) = sweeps.regions(args.region.as_deref())?;
     left_out.iter().for_each(|note| say!("note: {note}"));
-    let among = PlacementFilter {
+    let filter = PlacementFilter {
         combination: args.combination.as_deref(),
         representation: args.representation.as_deref(),
     };
@@ -77,15 +77,15 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         Some(count) => {
             let score = args.score.map_or(Score::F1, ScoreArg::score);
             for region in regions {
-                let best = enough(sweeps.best(&region, score, count as usize, among)?)?;
+                let best = check_count(sweeps.best(&region, score, count as usize, filter)?)?;
                 text += &sweeps.key(&best);
                 text += &sweeps.render(&region, &best)?;
             }
         }
         None => {
-            let (placements, left_out) = sweeps.find_all(&args.pose, among)?;
+            let (placements, left_out) = sweeps.find_all(&args.pose, filter)?;
             left_out.iter().for_each(|error| say!("note: left out: {}", flags::to_text(error)));
-            let placements = enough(placements)?;
+            let placements = check_count(placements)?;
             text += &sweeps.key(&placements);
             for region in regions {
                 text += &sweeps.render(&region, &placements)?;
@@ -96,13 +96,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Checks that there are as many as can stand side by side.
-fn enough(placements: Vec<RankedPlacement>) -> Result<Vec<RankedPlacement>> {
+/// Checks that their number fits side by side.
+fn check_count(placements: Vec<RankedPlacement>) -> Result<Vec<RankedPlacement>> {
     let (found, least, most) = (placements.len(), PLACEMENTS.start(), PLACEMENTS.end());
     if PLACEMENTS.contains(&found) {
         return Ok(placements);
     }
     Err(Issue::says(format!(
-        "--pose, --best: {found} placements: must be {least} to {most}; name another --pose, or say another --best"
-    )).into())
+        "--pose, --best: {found} placements: must be {least} to {most}; change --pose or --best"
+    ))
+    .into())
 }

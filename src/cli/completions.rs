@@ -1,5 +1,5 @@
-//! `perirobot completions` and `perirobot man`: completions for shells and manual pages, made from the
-//! program's own arguments.
+//! `perirobot completions` and `perirobot man`: shell completions and manual pages, generated from the program's
+//! arguments.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,17 +20,17 @@ Examples:
       (with fpath+=~/.zfunc before compinit)
   perirobot completions fish > ~/.config/fish/completions/perirobot.fish")]
 pub(super) struct CompletionArgs {
-    /// For which shell
+    /// The shell
     shell: Shell,
 }
 
-/// Write manual pages, one a subcommand
+/// Write manual pages, one for each subcommand
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   perirobot man ~/.local/share/man/man1      then: man perirobot-sweep")]
 pub(super) struct ManArgs {
-    /// The folder that they go to; made if needed
+    /// The output folder; created if needed
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
@@ -53,7 +53,7 @@ pub(super) fn man(args: &ManArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A page for the program, and one for each subcommand and those below it.
+/// The pages of the program, its subcommands and theirs.
 fn pages(command: &clap::Command) -> usize {
     1 + command.get_subcommands().map(pages).sum::<usize>()
 }

@@ -10,18 +10,18 @@ use perirobot_study::sensor::Sensor;
 use perirobot_study::world::{World, ray_table};
 use perirobot_sweep::results::layout_of;
 
-/// Bytes of a row of results: of the journal, of results.csv, and of its share of scores.csv, roughly.
+/// Approximate bytes per row of results: in the journal, in results.csv, and its share of scores.csv.
 const ROW_BYTES: f64 = 500.0;
 
-/// Lines that fit a screen; a longer list is shortened.
+/// Lines of one screen; a longer list is shortened.
 const SCREEN: usize = 32;
-/// Entries of each list that are shown then.
+/// Entries shown of a shortened list.
 const FEW: usize = 3;
 
-/// The contents of a study in the order of the file: everything with `--all` or if it fits a screen, else the
-/// first entries of each list.
+/// The contents of a study in the order of the file: everything with `--all` or if it fits on a screen, else the first
+/// entries of each list.
 pub(super) fn tables(study: &Study, worlds: &[World], all: bool) -> String {
-    let of = |most: usize| {
+    let shortened = |most: usize| {
         let sections = [
             head(study),
             scenes(study, worlds, most),
@@ -32,11 +32,11 @@ pub(super) fn tables(study: &Study, worlds: &[World], all: bool) -> String {
         ];
         sections.concat()
     };
-    let whole = of(usize::MAX);
-    if all || whole.lines().count() <= SCREEN { whole } else { of(FEW) }
+    let whole = shortened(usize::MAX);
+    if all || whole.lines().count() <= SCREEN { whole } else { shortened(FEW) }
 }
 
-/// The first of some entries, one to a line or more, and how many more there are.
+/// The first `most` entries, and the number of the others.
 pub(super) fn first_of(
     entries: impl ExactSizeIterator<Item = String>,
     most: usize,
@@ -52,7 +52,7 @@ pub(super) fn first_of(
     text
 }
 
-/// The distance that people must keep at the highest speed, and the values to be checked.
+/// The distance that people must keep at the highest speed, and the values to check.
 fn stopping(study: &Study) -> String {
     let Some(stopping) = &study.stopping else { return String::new() };
     let at = stopping.fastest();
@@ -89,7 +89,7 @@ fn scenes(study: &Study, worlds: &[World], most: usize) -> String {
         text += &objects(&world.truth(), most);
         text
     };
-    // One scene with its objects is a screen's third.
+    // One scene with its objects fills a third of a screen.
     let scenes = if most == usize::MAX { most } else { 1 };
     first_of(study.scenes.iter().enumerate().map(one), scenes, "", "scene") + "\n"
 }
@@ -118,7 +118,7 @@ fn regions(study: &Study, worlds: &[World], most: usize) -> String {
         let voxels = match (counts().min(), counts().max()) {
             (Some(least), Some(most)) if least == most => format!("{most} voxels"),
             (Some(least), Some(most)) => format!("{least} to {most} voxels"),
-            _ => "not known".into(),
+            _ => "unknown".into(),
         };
         format!("  {name:<width$}  {voxels}\n")
     };
@@ -171,22 +171,22 @@ fn combinations(study: &Study, most: usize) -> String {
     let layout = layout_of(study);
     let (choices, rows) = (layout.blocks() as u64 * layout.pose_choices() as u64, layout.rows());
     format!(
-        "combinations\n{all}  {choices} scene-poses, each snapshot and repeat for itself; {rows} rows of results\n\n"
+        "combinations\n{all}  {choices} scene-poses, each snapshot and repeat counted; {rows} rows of results\n\n"
     )
 }
 
-/// What a sweep takes of memory and disk.
+/// Memory and disk space of a sweep.
 pub(super) fn room(study: &Study, memory: Option<u64>) -> String {
     let evidence = memory.unwrap_or(MEMORY_BYTES) >> 20;
     let disk = layout_of(study).rows() as f64 * ROW_BYTES;
-    let held = held_mib().map_or(String::new(), |mib| format!("{mib} MiB at most so far, with all scenes; "));
+    let held = held_mib().map_or(String::new(), |mib| format!("peak {mib} MiB so far, with all scenes; "));
     format!(
         "memory: {held}a sweep takes up to {evidence} MiB for evidence (--memory); disk: about {}",
         bytes(disk)
     )
 }
 
-/// The most memory that this process held, where the system tells.
+/// Peak memory of the process, if the system reports it.
 pub(super) fn held_mib() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -194,7 +194,7 @@ pub(super) fn held_mib() -> Option<u64> {
     Some(kib >> 10)
 }
 
-/// Seconds in words, rounded as an estimate should be.
+/// Seconds in words, rounded as an estimate.
 pub(super) fn time(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "less than a second".into(),
@@ -213,7 +213,7 @@ fn bytes(bytes: f64) -> String {
     }
 }
 
-/// Widest column; a name may be longer. The standard library pads to 65,535 at most.
+/// Widest column; a name may be longer. The standard library pads to at most 65,535.
 const WIDEST: usize = 1000;
 
 fn width<'a>(names: impl Iterator<Item = &'a str>) -> usize {
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn times_and_sizes_are_said_as_people_say_them() {
+    fn times_and_sizes_are_rounded() {
         for (seconds, expected) in [
             (0.2, "less than a second"),
             (42.4, "about 42 s"),

@@ -1,4 +1,4 @@
-//! `perirobot devices`: which adapters there are, whether each counts correctly, and which would be used.
+//! `perirobot devices`: the adapters, whether each counts correctly, and which one would be used.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -12,8 +12,8 @@ use perirobot_march::error::Issue;
 
 /// List Vulkan adapters, which would be used, how to get one
 ///
-/// Each adapter counts a batch of poses that the CPU counts, too, and is called exact only if all counts are
-/// the same.
+/// Each adapter counts a batch of poses that the CPU counts as well, and is reported as exact only if all counts are
+/// equal.
 #[derive(clap::Args)]
 pub(super) struct Args {}
 
@@ -38,7 +38,7 @@ pub(super) fn run(_args: &Args) -> Result<ExitCode> {
         return super::print(&format!("{text}\n{}\n", super::flags::to_text(&what.into())))
             .map(|()| ExitCode::SUCCESS);
     }
-    // The same choice as a run makes.
+    // The same choice as in a run.
     let hardware = select(&found, &AdapterChoice::Hardware).ok().map(|index| &found[index]);
     let software = found.iter().find(|adapter| adapter.software);
     text += &match hardware {

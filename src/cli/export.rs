@@ -15,12 +15,11 @@ use super::swept::SweptArgs;
 
 /// Write one choice of poses voxel by voxel, for other programs
 ///
-/// Computes one row of a sweep's results again, voxel by voxel, and writes the labels, the truth and each
-/// sensor's evidence as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply in the world,
-/// .pcd in the sensor's frame, with its place as VIEWPOINT), everything as arrays (view.npz) and the cell with
-/// the placed sensors as glTF (cell.glb, y up, metres).
-/// For ROS 2: a bag for Foxglove and `ros2 bag play` (view.mcap), the sensors' frames as static transforms
-/// (transforms.sh) and as a part of a URDF (sensors.urdf), and a camera_info for each camera.
+/// Recomputes one row of a sweep's results, voxel by voxel, and writes the labels, the truth and each sensor's evidence
+/// as OctoMaps (.bt), the returns of each sensor's rays as point clouds (.ply in the world, .pcd in the sensor's frame,
+/// with its pose as VIEWPOINT), everything as arrays (view.npz) and the cell with the placed sensors as glTF (cell.glb,
+/// y up, metres). For ROS 2: a bag for Foxglove and `ros2 bag play` (view.mcap), the sensors' frames as static
+/// transforms (transforms.sh) and as a part of a URDF (sensors.urdf), and a camera_info for each camera.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -28,8 +27,8 @@ pub(super) struct Args {
     swept: SweptArgs,
     #[command(flatten)]
     choice: ChoiceArgs,
-    /// Folder for the files; made if needed. Files of the same names are replaced [default: one in
-    /// DIR/export, named after what is looked at]
+    /// Folder for the files; created if needed. Files of the same names are replaced [default: one in DIR/export, named
+    /// after the selection]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -59,7 +58,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         build(&study.scenes[world.scene], &study.sources, study.voxel_size_m)?.swap_remove(world.snapshot);
     let folder =
         args.out.clone().unwrap_or_else(|| args.swept.folder().join("export").join(folder_name(&view)));
-    // A folder that was made here is removed again if nothing can be written.
+    // If nothing can be written, a folder created here is removed again.
     let folder = OutputFolder::open(&folder)?;
     each_file(&view, &scene, |file| {
         folder.write(&file.name, &file.bytes)?;

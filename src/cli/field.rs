@@ -15,9 +15,9 @@ use super::study::StudyArgs;
 /// Draw the largest scanner field that walls do not trip
 ///
 /// Casts the level ring of a safety scanner at one pose against the environment alone, without people and robots, at
-/// every moment of every scene, and writes the contour that is always clear as corners x_m,y_m in the scanner's
-/// frame. The study reads it by `polygon` in the sensor's field. Rays whose field the environment would trip are
-/// shortened until none does.
+/// every moment of every scene, and writes the contour that is always clear as corners x_m,y_m in the scanner's frame.
+/// To use it in the study, name the file as `polygon` in the sensor's field. Rays at which the environment would trip
+/// the field are shortened.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -27,17 +27,17 @@ pub(super) struct Args {
     /// Its pose, group/candidate, as `perirobot check` lists it [default: its only one]
     #[arg(long, value_name = "POSE")]
     pose: Option<String>,
-    /// How far the field ends before what the rays meet, in metres
+    /// Distance between the end of the field and the environment, in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.1, conflicts_with = "reference")]
     margin: f64,
-    /// How far it reaches at most, in metres [default: the scanner's range]
+    /// Largest reach of the field, in metres [default: the scanner's range]
     #[arg(long, value_name = "METRES")]
     at_most: Option<f64>,
-    /// Write the reference contour instead: where the rays meet the environment, without margin
+    /// Write the reference contour instead: the hits of the rays on the environment, without margin
     #[arg(long)]
     reference: bool,
-    /// The .csv file to write; its folder is made if needed, an older file is replaced [default: beside the study, its
-    /// name and -field.csv or -reference.csv]
+    /// The .csv file to write; its folder is created if needed, an older file is replaced [default: beside the study,
+    /// its name and -field.csv or -reference.csv]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -51,7 +51,7 @@ Examples:
       the largest field of a scanner on the floor
   perirobot field scenes/sensors.toml --sensor scanner --pose floor/bench \\
     --reference --out out/reference.csv
-      the contour of the walls, to watch that the scanner was not moved
+      the contour of the walls, to detect that the scanner was moved
 
 In the study:
   field = { polygon = \"field.csv\", height_m = 1.8 }";
@@ -67,7 +67,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let sensor = args.find_sensor(&study)?;
     let candidate = args.find_pose(&study, sensor)?;
     let contour = Contour::new(&study, &worlds, [sensor, candidate], &rule)?;
-    // A folder that was made here is removed again if nothing can be written.
+    // If nothing can be written, a folder created here is removed again.
     let inside = out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let _folder = inside.map(OutputFolder::open).transpose()?;
     write_whole(&out, contour.to_csv().as_bytes())?;
@@ -134,11 +134,13 @@ impl Args {
                 return Err(Issue::says("the study has no scanner: add a sensor of kind \"lidar\"").into());
             }
             (None, _) => {
-                let what = format!("the study has several scanners: choose one by --sensor, of {known:?}");
+                let what = format!(
+                    "the study has several scanners: choose one by --sensor; expected one of {known:?}"
+                );
                 return Err(Issue::says(what).into());
             }
         };
-        found.ok_or_else(|| one_of("--sensor", self.sensor.as_deref(), &known))
+        found.ok_or_else(|| unknown_name("--sensor", self.sensor.as_deref(), &known))
     }
 
     fn find_pose(&self, study: &Study, sensor: usize) -> Result<usize> {
@@ -150,18 +152,20 @@ impl Args {
             (None, count) => {
                 let name = &study.sensors[sensor].name;
                 let few = &known[..count.min(FEW)];
-                let what = format!("sensor {name:?} has {count} poses: choose one by --pose, as of {few:?}");
+                let what = format!(
+                    "sensor {name:?} has {count} poses: choose one by --pose, for example one of {few:?}"
+                );
                 return Err(Issue::says(what).into());
             }
         };
-        found.ok_or_else(|| one_of("--pose", self.pose.as_deref(), &known))
+        found.ok_or_else(|| unknown_name("--pose", self.pose.as_deref(), &known))
     }
 }
 
-/// Names that a message lists.
+/// The most names in a message.
 const FEW: usize = 10;
 
-fn one_of(flag: &str, wrong: Option<&str>, known: &[&str]) -> perirobot_march::Error {
+fn unknown_name(flag: &str, wrong: Option<&str>, known: &[&str]) -> perirobot_march::Error {
     let (wrong, few) = (wrong.unwrap_or_default(), &known[..known.len().min(FEW)]);
     let more = if known.len() > FEW { format!(" and {} more", known.len() - FEW) } else { String::new() };
     Issue::says(format!("{flag} {wrong:?}: unknown name; expected one of {few:?}{more}")).into()

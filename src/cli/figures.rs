@@ -20,19 +20,19 @@ use super::swept::{StudyPlace, study_of};
 
 /// Draw the paper's kinds of figures from sweeps, for print
 ///
-/// For each folder of results, SVG files (no scripts, text as text, colours that can be told apart by colour-blind eyes):
-/// distributions of the scores over all poses; maps of walls, ceiling and floor with the best score of each place;
-/// the maxima of each combination of sensors; scores of the best placements over the snapshots of moving scenes. And
-/// pictures (.png) of each scene and of the best placements. README.md lists them with what they show and the command
-/// that made their numbers. Figures that would be empty are left out, and the page says why.
+/// For each folder of results, writes SVG files (no scripts, text as text, colours for colour-blind readers):
+/// distributions of the scores over all poses; maps of walls, ceiling and floor with the best score of each place; the
+/// maxima of each combination of sensors; scores of the best placements over the snapshots of moving scenes. Also
+/// pictures (.png) of each scene and of the best placements. README.md lists the figures with their contents and the
+/// command that made their numbers. Empty figures are left out, and README.md explains why.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Folders that `perirobot sweep` or `perirobot choose` has written; their studies must be where they were, and as
-    /// they were
+    /// Folders written by `perirobot sweep` or `perirobot choose`; their studies must be unchanged and in the same
+    /// place
     #[arg(value_name = "DIR", required = true)]
     folders: Vec<PathBuf>,
-    /// Folder for the figures, with one below it for each DIR; made if needed. Files of the same names are replaced
+    /// Folder for the figures, with one below it for each DIR; created if needed. Files of the same names are replaced
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
     /// Only figures of this kind; repeat it for more
@@ -41,10 +41,10 @@ pub(super) struct Args {
     /// Only this region
     #[arg(long, value_name = "NAME")]
     region: Option<String>,
-    /// Only this combination (a sensor alone has its own name)
+    /// Only this combination (for a sensor alone, its name)
     #[arg(long, value_name = "NAME")]
     combination: Option<String>,
-    /// Only this representation, as in results.csv; maxima are over all
+    /// Only this representation, as in results.csv; maxima always cover all
     #[arg(long, value_name = "NAME")]
     representation: Option<String>,
     /// Only this scene [default: the mean of all, and each of up to 12]
@@ -110,14 +110,14 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         scene: args.scene.as_deref(),
         scores: args.score.map_or(&[Score::F1, Score::Kappa][..], ScoreArg::scores),
     };
-    // All is read and checked before anything is written.
+    // Everything is read and checked before any file is written.
     let mut sweeps: Vec<FiguredSweep> = Vec::new();
     for folder in &args.folders {
         let name = name_of(folder)?;
-        // Some file systems do not tell A from a.
+        // Some file systems ignore case.
         if let Some(known) = sweeps.iter().find(|known| known.name.to_lowercase() == name.to_lowercase()) {
             let what = format!(
-                "another folder is called {}, too: their figures would have the same names",
+                "another folder is also called {}, so their figures would have the same names",
                 known.name
             );
             return Err(Error::input(folder, what).with_advice("rename one, or draw them one by one"));
@@ -149,7 +149,6 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The last part of a folder's path.
 fn name_of(folder: &Path) -> Result<String> {
     let whole = folder.canonicalize().unwrap_or_else(|_| folder.into());
     let name = whole.file_name().map(|name| name.to_string_lossy().into_owned());

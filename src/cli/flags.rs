@@ -1,9 +1,9 @@
-//! How the program writes arguments in messages: as flags.
+//! Writes arguments in messages as flags.
 
 use perirobot_march::Error;
 use perirobot_march::error::Argument;
 
-/// An error in the program's words.
+/// The text of an error with flags of the program.
 pub(super) fn to_text(error: &Error) -> String {
     error.issue().to_text(&flag)
 }

@@ -1,5 +1,5 @@
-//! `perirobot init`: a first study to change, with the files that it needs, or that of a usual cell. They are beside this
-//! file, and in `scenes/`.
+//! `perirobot init`: writes a first study with the files that it needs, or a template of a typical cell. The files are
+//! next to this one and in `scenes/`.
 
 mod templates;
 
@@ -13,12 +13,12 @@ pub(super) use templates::Template;
 
 /// Write a small study with comments to begin with
 ///
-/// The folder then holds a study, its cell (a room, a table, a robot, a person who walks up to it), the
-/// robot's and the person's files, and the schemas by which editors complete and check keys. Nothing that is
-/// there is overwritten.
+/// The folder then contains a study, its cell (a room, a table, a robot, a person who walks up to it), the robot's and
+/// the person's files, and the schemas with which editors complete and check keys. Existing files are never
+/// overwritten.
 ///
-/// With --template it is a usual cell with people at several moments, prices and requirements, and a plan
-/// that misses some of them.
+/// With --template it is a typical cell with people at several moments, prices and requirements, and a plan that misses
+/// some of them.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -27,15 +27,15 @@ Examples:
   perirobot init --template palletiser my-palletiser
       then: perirobot choose my-palletiser/study.toml --out out")]
 pub(super) struct Args {
-    /// Begin with a usual cell instead
+    /// Start from a typical cell instead
     #[arg(long, value_name = "NAME")]
     template: Option<Template>,
-    /// The folder that the files go to; made if needed
+    /// The folder for the files; created if needed
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
 
-/// The names of the files, and what is in them.
+/// The names and texts of the files.
 fn files() -> Vec<(String, &'static str)> {
     let own = [
         ("study.toml", include_str!("init/study.toml")),
@@ -46,7 +46,7 @@ fn files() -> Vec<(String, &'static str)> {
     own.into_iter().chain(schemas()).map(|(name, text)| (name.into(), text)).collect()
 }
 
-/// The schemas, by which editors complete and check keys.
+/// The schemas for editors.
 fn schemas() -> [(&'static str, &'static str); 2] {
     [("schemas/study.schema.json", schema::study()), ("schemas/scene.schema.json", schema::scene())]
 }
@@ -57,7 +57,7 @@ fn write(files: &[(PathBuf, &str)]) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, "cannot be made", e))?;
         write_whole(path, text.as_bytes()).map_err(|error| match error {
             Error::Storage(issue) => Error::Storage(
-                issue.with_advice("Nothing is left behind: mend that and run the same command again"),
+                issue.with_advice("Nothing was written: fix this and run the same command again"),
             ),
             other => other,
         })?;
@@ -65,13 +65,13 @@ fn write(files: &[(PathBuf, &str)]) -> Result<()> {
     Ok(())
 }
 
-/// Writes files into a folder, or nothing if one of them is there already.
+/// Writes files into a folder, or nothing if one of them exists.
 pub(super) fn write_into(folder: &Path, files: Vec<(String, &str)>) -> Result<usize> {
     let files: Vec<(PathBuf, &str)> =
         files.into_iter().map(|(name, text)| (folder.join(name), text)).collect();
-    // A link that leads nowhere counts as a file, too.
+    // A dangling link counts as a file.
     if let Some((path, _)) = files.iter().find(|(path, _)| path.symlink_metadata().is_ok()) {
-        let what = "is there already and would be lost: name another folder";
+        let what = "exists and would be overwritten: name another folder";
         return Err(Error::input(path, what));
     }
     let missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
@@ -82,10 +82,10 @@ pub(super) fn write_into(folder: &Path, files: Vec<(String, &str)>) -> Result<us
             made.push(folder.into());
         }
     }
-    // The innermost first, so that they are empty when they are taken away.
+    // Innermost first, so that each is empty when it is removed.
     made.sort_by_key(|folder| std::cmp::Reverse(folder.components().count()));
     if let Err(error) = write(&files) {
-        // The same command must find nothing in its way.
+        // The same command must find an empty place again.
         files.iter().for_each(|(path, _)| drop(std::fs::remove_file(path)));
         made.iter().for_each(|folder| drop(std::fs::remove_dir(folder)));
         return Err(error);
@@ -104,7 +104,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The commands that follow.
+/// The next commands.
 fn next_steps(folder: &Path, template: Option<Template>) -> String {
     let folder = folder.display();
     match template {
@@ -114,7 +114,7 @@ fn next_steps(folder: &Path, template: Option<Template>) -> String {
              \x20 perirobot summary {folder}/out                        the tables behind the best\n\
              \x20 perirobot why {folder}/out                            what the best poses miss, and why\n\
              \x20 perirobot report {folder}/out                         all of it as one page, with a 3D view\n\
-             Then change {folder}/study.toml and {folder}/cell.toml: every line says what it is for.\n"
+             Then change {folder}/study.toml and {folder}/cell.toml: comments explain each line.\n"
         ),
         Some(_) => format!(
             "  perirobot check {folder}/study.toml                   what it contains, and how long it takes\n\

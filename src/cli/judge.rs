@@ -1,4 +1,4 @@
-//! `perirobot judge`: whether requirements are met. Decided in `judge`, told in `report::terminal::judge`.
+//! `perirobot judge`: whether requirements are met. Decided in `judge`, printed in `report::terminal::judge`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,20 +23,19 @@ use super::progress::ProgressArgs;
 use super::stop::StopAt;
 use super::swept::SweptArgs;
 
-/// The exit code where a requirement is missed.
+/// The exit code if a requirement is missed.
 const MISSED: u8 = 4;
 
 /// Decide whether requirements are met
 ///
-/// A study with [[require]] says which scores sensors must reach in which region, as planned or also when
-/// something is not. Prints for each requirement and condition whether it is met (PASS or FAIL), the value, where and
-/// when it is the worst, and the command that draws it; writes requirements.csv, conditions.csv and judge.json, which has
-/// the values of both, into the folder.
-/// A study with [stopping] is also told how fast the robot may run, and what a controller would measure (speeds.csv, separation.csv).
-/// Without --pose it judges the choice of poses that meets most requirements as planned, and of a folder of
-/// `perirobot choose` all sets (--set for one). Requirements may be changed or added after the sweep: they change no
-/// count. Files of an earlier judgement are removed first. The exit code is 4 if a requirement is missed; where all sets
-/// of `perirobot choose` are judged, if each of them misses one.
+/// [[require]] in a study sets the scores that sensors must reach in a region, as planned or with an alteration. Prints
+/// for each requirement and condition whether it is met (PASS or FAIL), the value, the worst place and moment, and the
+/// command that draws it; writes requirements.csv, conditions.csv and judge.json, which has the values of both, into
+/// the folder. For a study with [stopping] it also reports how fast the robot may run, and what a controller would
+/// measure (speeds.csv, separation.csv). Without --pose it judges the choice of poses that meets most requirements as
+/// planned, and for a folder of `perirobot choose` all sets (--set for one). Requirements may be changed or added after
+/// the sweep: they do not affect the counts. Files of an earlier judgement are removed first. The exit code is 4 if a
+/// requirement is missed; if all sets of `perirobot choose` are judged, only if each of them misses one.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -44,11 +43,11 @@ pub(super) struct Args {
     swept: SweptArgs,
     #[command(flatten)]
     sets: SetArgs,
-    /// How many choices of poses are judged: those that meet most requirements as planned [default: 1; of a folder of
+    /// The number of judged choices of poses: those that meet most requirements as planned [default: 1; for a folder of
     /// `perirobot choose` all sets]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with = "pose")]
     best: Option<u32>,
-    /// Write the verdicts as JUnit XML, too, which build servers read
+    /// Write the verdicts as JUnit XML as well, for build servers
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
     #[command(flatten)]
@@ -67,7 +66,7 @@ Examples:
 
 How to read it:
   Values are compared with limits as fractions of whole numbers, never rounded.
-  A choice without a value (nobody is in the region, say) misses the
+  A choice without a value (no person in the region, say) misses the
   requirement. How fast the robot may run changes no exit code: to require a
   speed, require approach_margin_m, or a score in a region of that speed.";
 
@@ -94,7 +93,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
     };
     let stop = StopAt::listen(None)?;
-    // Nothing is removed before all that is asked is found good.
+    // Nothing is removed before all arguments are checked.
     let judging = Judging::new(&study, &worlds, &results, &choices)?;
     judging.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     let cut_off = judging.cut_off.iter().map(|(scene, cut)| (*scene, cut.as_slice()));
@@ -114,11 +113,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         args.picture(&study, &results, set, judgement, number + 1)
     };
     if let Some(path) = &args.junit {
-        let told = |set: &JudgedSet, judgement: &Judgement| {
+        let describe = |set: &JudgedSet, judgement: &Judgement| {
             let line = terminal::judge::line(&results, set, judgement);
             picture(set, judgement).map_or(line.clone(), |picture| format!("{line}\n{picture}"))
         };
-        write_whole(path, junit_xml(sets, &told).as_bytes())?;
+        write_whole(path, junit_xml(sets, &describe).as_bytes())?;
     }
     for set in sets {
         super::print(&terminal::judge::render(&results, set, &picture))?;
@@ -137,7 +136,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// Which set of a front is the cheapest of those that meet all requirements; sets are numbered as their combinations.
+/// The cheapest set of a front that meets all requirements; sets are numbered as their combinations.
 fn recommend(study: &Study, sets: &[JudgedSet], passing: &[usize]) -> String {
     match cheapest(study, passing) {
         None => format!("none of the {} sets meets all requirements\n", sets.len()),
@@ -148,15 +147,14 @@ fn recommend(study: &Study, sets: &[JudgedSet], passing: &[usize]) -> String {
     }
 }
 
-/// How many verdicts there are of each kind.
+/// The number of PASS verdicts and of all.
 fn count(sets: &[JudgedSet]) -> String {
     let all = || sets.iter().flat_map(|set| &set.judgements);
     let missed = all().filter(|judgement| !judgement.is_met).count();
     format!("{} of {} verdicts are PASS", all().count() - missed, all().count())
 }
 
-/// What depends on the robot's speed, in words, with what was assumed; nothing where the study does not say how far people
-/// must be.
+/// Results that depend on the robot's speed, with their assumptions; empty for a study without a required distance.
 fn at_speeds(
     study: &Study,
     results: &Results,
@@ -164,17 +162,17 @@ fn at_speeds(
     speeds: &[(&JudgedSet, Speeds)],
 ) -> String {
     let Some(stopping) = &study.stopping else { return String::new() };
-    let told = sets.iter().map(|set| {
+    let texts = sets.iter().map(|set| {
         let heading = if sets.len() > 1 { format!("\n{}\n", set.poses) } else { String::new() };
         let own = speeds.iter().find(|(other, _)| std::ptr::eq(*other, set));
         let fast = own.map_or(String::new(), |(_, speeds)| terminal::speed::render(speeds, stopping));
         heading + &fast + &terminal::separation::render(results, set, stopping, study.voxel_size_m)
     });
-    told.collect::<String>() + &format!("\n{}\n", stopping.assumptions(study.voxel_size_m).join("\n"))
+    texts.collect::<String>() + &format!("\n{}\n", stopping.assumptions(study.voxel_size_m).join("\n"))
 }
 
 impl Args {
-    /// The command that draws the worst moment of a judgement, or finds the path of the body that comes nearest.
+    /// The command that draws the worst moment of a judgement, or finds the path of the body that comes closest.
     /// `number` names the picture.
     fn picture(
         &self,
@@ -189,7 +187,7 @@ impl Args {
         words.push(if let CasePart::Moment(_) = part { "render" } else { "approach" }.into());
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
         words.extend(self.swept.folder_words());
-        // Without a combination, its poses name the set.
+        // Without a combination, its poses identify the set.
         let known = results.combinations.iter().find(|known| known.name == set.combination);
         if known.is_some() {
             words.extend(["--combination".into(), set.combination.clone()]);
@@ -213,7 +211,7 @@ impl Args {
         }
         match &set.conditions.cases(judgement.condition)[judgement.worst.case].alteration {
             Alteration::None => {}
-            // Nothing is left to be drawn.
+            // No moment is left to draw.
             Alteration::Dead(sensors) if sensors.len() == set.poses.split(BETWEEN_MEMBERS).count() => {
                 return None;
             }

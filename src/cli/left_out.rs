@@ -1,4 +1,4 @@
-//! What stands in the place of `report`, `plan` and `figures` where the feature `report` was left out.
+//! The commands `report`, `plan` and `figures` of a program built without the feature `report`.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -9,7 +9,7 @@ use perirobot_march::error::Issue;
 /// (not in this program, which was built without the feature `report`)
 #[derive(clap::Args)]
 pub(super) struct Args {
-    /// Whatever the command takes elsewhere
+    /// Any arguments
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     words: Vec<OsString>,
 }

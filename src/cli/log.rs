@@ -1,11 +1,10 @@
-//! What `-v` prints on standard error: a line for each event that the library logs. Warnings are printed
-//! at every level.
+//! The output of `-v` on standard error: a line for each logged event. Warnings are printed at every level.
 
 use std::time::Instant;
 
 use log::{LevelFilter, Log, Metadata, Record};
 
-/// Starts to print what is being done: with `-v` files, scenes and devices, with `-vv` each batch, too.
+/// Starts the log: with `-v` files, scenes and devices, with `-vv` also each batch.
 pub(super) fn start(verbosity: u8) {
     let level = match verbosity {
         0 => return,
@@ -23,7 +22,7 @@ struct LogLines {
 }
 
 impl Log for LogLines {
-    /// Only what this crate and its marcher log, not what the libraries below do.
+    /// Only events of this crate and its marcher, not of other libraries.
     fn enabled(&self, event: &Metadata) -> bool {
         event.target().starts_with("perirobot")
     }

@@ -1,4 +1,4 @@
-//! `perirobot merge`: the shards of a sweep put together.
+//! `perirobot merge`: merges the shards of a sweep.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,12 +13,12 @@ use perirobot_sweep::scoring::reopen;
 use super::outcome::{OutcomeArgs, look_at, print_verdicts};
 use super::packages::PackageArgs;
 
-/// Put the shards of a sweep together
+/// Merge the shards of a sweep
 ///
-/// Proves that the shards are of one sweep, complete and disjoint, and writes into OUT what a single run
-/// would have written, byte for byte (but for what manifest.json says of the runs). What is missing is named,
-/// with the command that makes it; then nothing is written, and the exit code is 2. Where the study is at its place
-/// and requires something, the verdicts are printed as `perirobot sweep` does.
+/// Proves that the shards belong to one sweep and are complete and disjoint, and writes into OUT the files of a single
+/// run, byte for byte (except for the run records in manifest.json). If a part is missing, prints the command that
+/// computes it and writes nothing; the exit code is 2. If the study is still in its place and has requirements, the
+/// verdicts are printed as in `perirobot sweep`.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -29,7 +29,7 @@ Examples:
       all folders out/my/shard-*-of-*
   perirobot merge whole here/shard-0-of-2 there/shard-1-of-2")]
 pub(super) struct Args {
-    /// Folder for the whole
+    /// Folder for the merged results
     #[arg(value_name = "OUT")]
     out: PathBuf,
     /// Folders of the shards [default: OUT/shard-*-of-*]
@@ -49,7 +49,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let next = match study {
         Ok(study) => print_verdicts(&study, &results, None, &args.out, &[])?,
         Err(why) => {
-            say!("warning: {why}; whether it requires something is not told");
+            say!("warning: {why}; its requirements are not judged");
             look_at(&args.out, &[])
         }
     };
@@ -58,10 +58,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The study of a sweep, if it is still there and has the same regions.
+/// The study of a sweep, if its file exists and its regions are unchanged.
 fn study(folder: &Path, results: &Results) -> Result<Study> {
     let (file, overrides) = reopen::origin(folder)?;
     let study = Study::read(&file, &overrides, PackageArgs::default().sources(&file))?;
     let same = study.regions.iter().map(|(name, _)| name).eq(&results.regions);
-    if same { Ok(study) } else { Err(Error::input(file, "has other regions than were swept")) }
+    if same { Ok(study) } else { Err(Error::input(file, "has other regions than the sweep")) }
 }

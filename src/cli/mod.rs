@@ -1,6 +1,6 @@
-//! The subcommands, and what they share: messages and exit codes.
+//! The subcommands, with their messages and exit codes.
 
-// Comments on arguments are what `--help` prints, where brackets are those of TOML.
+// `--help` prints the comments on arguments; their brackets are TOML.
 #![allow(rustdoc::broken_intra_doc_links)]
 
 /// Writes a line on standard error.
@@ -72,16 +72,15 @@ use terminal::{print, print_next};
 
 /// Score where to put the sensors of a robot cell.
 ///
-/// perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, compares what the
-/// sensor would claim (occupied, free, unknown) with the truth in regions of interest, and scores the pose
-/// with F1 and Cohen's kappa. The counts are the same integers on every device.
+/// perirobot voxelizes a cell, casts every ray of every candidate sensor pose through it, compares the sensor's labels
+/// (occupied, free, unknown) with the truth in regions of interest, and scores the pose with F1 and Cohen's kappa. The
+/// counts are the same integers on every device.
 #[derive(Parser)]
 #[command(name = "perirobot", bin_name = "perirobot", version, max_term_width = 100, after_help = AFTER_HELP)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Say on standard error what is being done: files read, scenes voxelized, devices opened; -vv: each
-    /// batch, too
+    /// Log to standard error: files read, scenes voxelized, devices opened; -vv: also each batch
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
 }
@@ -103,7 +102,7 @@ First steps:
   perirobot report out/quick
       all of it as one page, with plots and a 3D view
   perirobot sweep scenes/quick.toml --out out/quick
-      once more: nothing is left to do, after a stop it goes on
+      repeat it: a stopped sweep resumes, a finished one has nothing to do
   perirobot verify-backends scenes/tiny.toml
       prove that all backends agree
   perirobot devices
@@ -112,11 +111,11 @@ First steps:
 Exit codes: 0 done; 1 backends disagree; 2 bad input or arguments; 3 a device
 or the disk failed; 4 a requirement is missed (judge)
 or no set passes (choose); 75 a sweep was stopped
-before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time), or another run is at
-work in its folder: the same command goes on, now or later; 70 a bug of
-perirobot: its message says what to report.";
+before its end (Ctrl-C, SIGTERM, SIGUSR1, --max-time), or another run uses
+its folder: the same command resumes it, now or later; 70 a bug of perirobot:
+its message contains what to report.";
 
-/// The commands by what they are for, in the order of a first hour.
+/// The commands by purpose, in the order of first use.
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Start", &["init", "plan", "check", "sensors"]),
     ("Look", &["render", "voxelize", "compare", "field"]),
@@ -174,15 +173,14 @@ enum Command {
     Man(completions::ManArgs),
 }
 
-/// The words that the program was called with, its own name the first.
+/// The command line, with the program's name first.
 static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Those words.
 fn words() -> &'static [OsString] {
     WORDS.get().map_or(&[], Vec::as_slice)
 }
 
-/// Runs a command line, the program's name its first word, and turns its outcome into an exit code. A process runs one.
+/// Runs a command line, with the program's name first, and returns its exit code. To be called once per process.
 pub fn run(words: Vec<OsString>) -> ExitCode {
     WORDS.get_or_init(|| words);
     record_panics();
@@ -225,7 +223,7 @@ fn run_command() -> Result<ExitCode> {
     }
 }
 
-/// Reports an error.
+/// Prints an error and returns its exit code.
 fn exit_code(outcome: Result<ExitCode>) -> ExitCode {
     let error = match outcome {
         Ok(code) => return code,
@@ -247,7 +245,7 @@ fn exit_code(outcome: Result<ExitCode>) -> ExitCode {
     })
 }
 
-/// Asks for a report of a bug.
+/// The request to report a bug.
 fn report_request(words: &[OsString]) -> String {
     let command: Vec<_> = words.iter().map(|word| word.to_string_lossy()).collect();
     let to = match env!("CARGO_PKG_REPOSITORY") {
@@ -256,13 +254,13 @@ fn report_request(words: &[OsString]) -> String {
     };
     format!(
         "This is a bug of perirobot {}. Please report the message above, this command and its files {to}:\n  {}\n\
-         Finished rows of a sweep are kept: the same command goes on.",
+         Finished rows of a sweep are kept: the same command resumes it.",
         env!("CARGO_PKG_VERSION"),
         command.join(" ")
     )
 }
 
-/// Reads the arguments. An error message may quote a wrong one, so it is made harmless for terminals.
+/// Reads the arguments. Error messages quote wrong arguments, so these are escaped for terminals.
 fn parse() -> Cli {
     let harmless = |word: OsString| OsString::from(&*terminal::harmless(&word.to_string_lossy()));
     let read = |words: Vec<OsString>| {
@@ -274,13 +272,13 @@ fn parse() -> Cli {
     })
 }
 
-/// Warnings that are printed before some work begins; the manifest of a sweep has all.
+/// The most warnings before a job begins; the manifest of a sweep has all.
 const MOST_WARNINGS: usize = 20;
 
-/// Scenes that are named beside a warning; the others are counted.
+/// The most scenes named in a warning; the others are counted.
 const FEW_SCENES: usize = 3;
 
-/// Prints each different warning once, with the scenes that have it, at most so many; how many there were.
+/// Prints each different warning once, with its scenes, at most `most` of them; returns the number of all.
 fn warn<'a>(scenes: impl Iterator<Item = (&'a str, &'a [String])>, most: usize) -> usize {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for (scene, warnings) in scenes {
@@ -314,12 +312,12 @@ mod tests {
     fn a_panic_is_reported_with_its_place_and_the_command() {
         record_panics();
         let outcome = catch_panic(|| -> Result<ExitCode> { panic!("no row {}", std::hint::black_box(3)) });
-        // Other tests print their panics.
+        // Other tests need the default panic output.
         drop(std::panic::take_hook());
         let error = outcome.unwrap_err();
         assert!(matches!(error, Error::Bug(_)), "{error:?}");
-        let said = error.to_string();
-        assert!(said.starts_with("panicked: no row 3 (at src/cli/mod.rs:"), "{said}");
+        let message = error.to_string();
+        assert!(message.starts_with("panicked: no row 3 (at src/cli/mod.rs:"), "{message}");
         assert_eq!(format!("{:?}", exit_code(Err(error))), format!("{:?}", ExitCode::from(70)));
         let request = report_request(&["perirobot", "sweep", "a b.toml"].map(OsString::from));
         for part in [env!("CARGO_PKG_VERSION"), "Please report", "\n  perirobot sweep a b.toml\n"] {

@@ -1,4 +1,5 @@
-//! Follows a job for the command line: shows it on standard error, and stops it on a signal or at `--max-time`.
+//! Follows a job for the command line: shows its progress on standard error, and stops it on a signal or at
+//! `--max-time`.
 
 use std::collections::HashSet;
 use std::sync::{Mutex, PoisonError};
@@ -9,31 +10,30 @@ use perirobot_march::progress::{Fault, Progress, PurchaseState, SearchState};
 use super::progress::{JobProgress, SearchProgress, suspend_bar};
 use super::stop::StopAt;
 
-/// What is shown of a job.
+/// The kind of progress shown.
 pub(super) enum Shown {
-    /// How much of it is done.
+    /// The finished part of a job.
     Job(JobProgress),
-    /// What a search has found.
+    /// The results of a search.
     Search(SearchProgress),
     /// Nothing.
     Nothing,
 }
 
-/// Shows a job, and stops it if it may be stopped.
+/// Shows a job, and stops it if it can be stopped.
 pub(super) struct Onlooker<'a> {
     shown: Mutex<Shown>,
     stop: Option<&'a StopAt>,
-    /// The devices that were named, each once until one fails; nothing where none is to be named.
+    /// Devices to print, each once until one fails; `None` prints no devices.
     named: Mutex<Option<HashSet<String>>>,
 }
 
 impl<'a> Onlooker<'a> {
-    /// Nothing is done yet.
     pub(super) fn new(shown: Shown, stop: Option<&'a StopAt>, names_backend: bool) -> Onlooker<'a> {
         Onlooker { shown: Mutex::new(shown), stop, named: Mutex::new(names_backend.then(HashSet::new)) }
     }
 
-    /// The job has ended, whether all is done or not.
+    /// To be called when the job has ended, finished or not.
     pub(super) fn finish(self) {
         drop(self);
     }

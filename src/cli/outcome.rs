@@ -1,4 +1,4 @@
-//! The end of a sweep or merge: tables in the folder, the best poses on the screen.
+//! The end of a sweep or merge: writes the tables into the folder, prints the best poses.
 
 use std::path::Path;
 
@@ -13,15 +13,15 @@ use perirobot_study::input::{Condition, Requirement, Study};
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, rows, scores};
 
-/// Tables with more rows than this are Parquet, unless the user says otherwise.
+/// Tables with more rows than this are Parquet, unless a format is given.
 #[cfg(feature = "parquet")]
 const MOST_CSV_ROWS: u64 = 1_000_000;
 
 #[derive(clap::Args)]
 #[command(next_help_heading = "Results")]
 pub(super) struct OutcomeArgs {
-    /// How the tables `results` and `scores` are written [default: csv, parquet above a million rows of
-    /// results where this program can write it]
+    /// Format of the tables `results` and `scores` [default: csv; parquet above a million rows of results, if this
+    /// program supports it]
     #[arg(long, value_enum)]
     table: Option<TableChoice>,
     /// Print the best poses by each score in each region, with all baselines
@@ -42,14 +42,14 @@ enum TableChoice {
 }
 
 impl OutcomeArgs {
-    /// The same as on the command line.
+    /// The same arguments as words of a command line.
     pub(super) fn words(&self) -> Vec<String> {
         let named = self.table.and_then(|choice| choice.to_possible_value());
         let table = named.map_or(Vec::new(), |choice| vec!["--table".into(), choice.get_name().into()]);
         [table, if self.all { vec!["--all".into()] } else { Vec::new() }].concat()
     }
 
-    /// Writes the tables. Those of the other format, from an earlier end of the same sweep, are the same and
+    /// Writes the tables. Tables of the other format, from an earlier end of the same sweep, have the same contents and
     /// stay.
     pub(super) fn write(&self, results: &Results, folder: &Path) -> Result<()> {
         let formats: &[TableFormat] = match self.table {
@@ -69,7 +69,7 @@ impl OutcomeArgs {
         Ok(())
     }
 
-    /// Prints the best poses: by what the study asks for, or by each score if that is wanted or the study is gone.
+    /// Prints the best poses: by the study's requirements, or by each score with --all or if the study is missing.
     pub(super) fn print_best(&self, study: Option<&Study>, results: &Results) -> Result<()> {
         match study.filter(|_| !self.all) {
             Some(study) => {
@@ -83,7 +83,7 @@ impl OutcomeArgs {
     }
 }
 
-/// The regions in words, without a long list of names.
+/// The regions in words; long lists are counted.
 fn all_regions(regions: &[String]) -> String {
     match regions {
         [one] => format!("region {one}"),
@@ -92,13 +92,12 @@ fn all_regions(regions: &[String]) -> String {
     }
 }
 
-/// Regions that are named one by one.
+/// The most regions listed by name.
 const FEW_REGIONS: usize = 6;
 
-/// Prints whether the choice that meets most requirements of a study meets those that are about the plan; of sets that
-/// were chosen, whether the best one does; and what is not decided here. Returns the command that judges the same choice
-/// under all conditions, with the arguments by which it reads the same files; where nothing is required, the one that
-/// reports.
+/// Prints whether the choice that meets most requirements meets those about the plan (for chosen sets, whether the best
+/// set does), and the conditions that are not decided here. Returns the command that judges the same choice under all
+/// conditions, with the arguments for the same files; without requirements, the command that reports.
 pub(super) fn print_verdicts(
     study: &Study,
     results: &Results,
@@ -111,7 +110,7 @@ pub(super) fn print_verdicts(
     }
     let choice = match best {
         Some(combination) => Some(Choice { combination, choice: 0, representation: 0, repeat: 0 }),
-        // How near bodies come is not known of a sweep.
+        // A sweep has no approach distances.
         None if study.requirements.iter().all(|requirement| requirement.counted_score().is_none()) => None,
         None => leaders(&study.requirements, results, 1, LeaderScope::default())?.pop(),
     };
@@ -142,7 +141,7 @@ pub(super) fn print_verdicts(
     Ok(words)
 }
 
-/// The command that shows a folder of results, with the arguments by which it finds packages.
+/// The command that shows a folder of results, with its package arguments.
 pub(super) fn look_at(folder: &Path, packages: &[String]) -> Vec<String> {
     on_folder(if cfg!(feature = "report") { "report" } else { "summary" }, folder, packages)
 }
@@ -152,12 +151,12 @@ fn on_folder(command: &str, folder: &Path, packages: &[String]) -> Vec<String> {
     [&words, packages].concat()
 }
 
-/// Whether a requirement is decided by what was counted as planned.
+/// Whether the counts as planned decide a requirement.
 fn is_decided(requirement: &Requirement) -> bool {
     requirement.counted_score().is_some() && requirement.under.contains(&Condition::AsPlanned)
 }
 
-/// A line with the requirements and conditions that are not decided by what was counted as planned.
+/// A line with the requirements and conditions that the counts as planned do not decide.
 fn describe_undecided(study: &Study) -> String {
     let open = study.requirements.iter().filter_map(|requirement| {
         let is_open =

@@ -1,4 +1,4 @@
-//! `--package`, `--allow-outside`, `--xacro` and `--step`: what a study may bring in from outside of its folder.
+//! `--package`, `--allow-outside`, `--xacro` and `--step`: files and programs that a study may use outside its folder.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use perirobot_scene::objects::spec::SceneSpec;
 use perirobot_scene::source::Sources;
 
-/// Where ROS packages are on this machine, and whether other folders may be read and a program be run.
+/// The ROS packages of this machine, and the permissions to read other folders and to run programs.
 #[derive(Default, clap::Args)]
 #[command(next_help_heading = "Study")]
 pub(super) struct PackageArgs {
-    /// Where a robot's package:// meshes are; repeatable, overrides the scene file's packages
+    /// Folder of a robot's package:// meshes; repeatable, overrides the scene file's packages
     #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
     packages: Vec<(String, PathBuf)>,
-    /// Read files that lie outside of the given file's folder, and of those of --package, too
+    /// Also read files outside the folders of the given file and of --package
     #[arg(long)]
     allow_outside: bool,
-    /// Expand robots that are .xacro files with the program xacro of your path, which does whatever they say
+    /// Expand robots that are .xacro files with the program xacro of your path, which can run any code in them
     #[arg(long)]
     xacro: bool,
     /// Convert meshes that are .step or .stp files with the package cascadio of python3 on your path, or of
@@ -26,7 +26,7 @@ pub(super) struct PackageArgs {
 }
 
 impl PackageArgs {
-    /// The sources through which the files of a study or scene are read.
+    /// The sources for the files of a study or scene.
     pub(super) fn sources(&self, file: &Path) -> Sources {
         let beside = Sources::from_main(file);
         let sources = self.packages.iter().fold(beside, |all, (name, folder)| all.with_package(name, folder));
@@ -35,24 +35,24 @@ impl PackageArgs {
         if self.step { sources.allow_step(&python()) } else { sources }
     }
 
-    /// The same as arguments of a command.
+    /// The same arguments as words of a command line.
     pub(super) fn words(&self) -> Vec<String> {
-        let of =
+        let to_words =
             |(name, folder): &(String, PathBuf)| ["--package".into(), format!("{name}={}", folder.display())];
         let allowed =
             [(self.allow_outside, "--allow-outside"), (self.xacro, "--xacro"), (self.step, "--step")];
         let allowed = allowed.iter().filter(|(is_given, _)| *is_given).map(|(_, flag)| (*flag).to_string());
-        self.packages.iter().flat_map(of).chain(allowed).collect()
+        self.packages.iter().flat_map(to_words).chain(allowed).collect()
     }
 
-    /// Passes the packages on to the robots of all scenes.
+    /// Passes the packages to the robots of all scenes.
     pub(super) fn apply(&self, scenes: &mut [SceneSpec]) {
         let packages = self.packages.iter().map(|(name, folder)| (name.as_str(), Path::new(folder)));
         scenes.iter_mut().for_each(|scene| scene.use_packages(packages.clone()));
     }
 }
 
-/// The interpreter that has cascadio. The Python package names its own.
+/// The interpreter with cascadio. The Python package sets its own by PERIROBOT_PYTHON.
 fn python() -> PathBuf {
     let usual = || OsString::from(if cfg!(windows) { "python" } else { "python3" });
     std::env::var_os("PERIROBOT_PYTHON").filter(|python| !python.is_empty()).unwrap_or_else(usual).into()

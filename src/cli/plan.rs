@@ -1,4 +1,4 @@
-//! `perirobot plan`: a local page in which sensors are placed by hand. Counted, edited and served in `perirobot-plan`.
+//! `perirobot plan`: a local page to place sensors by hand. Counted, edited and served in `perirobot-plan`.
 
 use std::borrow::Borrow;
 use std::io::Write;
@@ -24,15 +24,15 @@ use super::study::StudyArgs;
 
 /// Place sensors by hand, and see what they watch
 ///
-/// Opens a page in the browser: the cell in 3D and as a floor plan. Sensors are added, dragged along the surfaces that
-/// they are mounted on, turned, copied and removed; while one is dragged, the page shows what is seen, missed and
-/// unknown, and after each change the verdicts of [[require]], the nearest unnoticed approach and the cost. It finds
-/// sets as `perirobot choose` does, beside the sensors that a person placed.
+/// Opens a page in the browser: the cell in 3D and as a floor plan. Add sensors, drag them along their mounting
+/// surfaces, turn, copy and remove them; during a drag, the page shows the seen, missed and unknown space, and after
+/// each change the verdicts of [[require]], the nearest unnoticed approach and the cost. It finds sets as `perirobot
+/// choose` does, in addition to the sensors placed by hand.
 ///
-/// Robots, people and furniture can be moved, too. The study and the scene files in its folder are the state: they are
-/// written only on Save, comments stay, and `perirobot sweep` of the saved study counts what the page showed
-/// (combination "planned"). The page is served to this machine only; from another one use ssh -L. Without a study the page
-/// begins with the templates of `perirobot init`: choose one, and it is written and opened.
+/// Robots, people and furniture can also be moved. The study and the scene files in its folder are the state: they are
+/// written only on Save, comments stay, and `perirobot sweep` of the saved study counts the sensors of the page
+/// (combination "planned"). The page is served to this machine only; use ssh -L from another one. Without a study the
+/// page starts with the templates of `perirobot init`: choose one to write and open it.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("study", |arg| arg.required(false)))]
@@ -43,10 +43,10 @@ use super::study::StudyArgs;
 pub(super) struct Args {
     #[command(flatten)]
     study: Option<StudyArgs>,
-    /// The port on 127.0.0.1; 0 takes any that is free
+    /// The port on 127.0.0.1; 0 takes any free port
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Page")]
     port: u16,
-    /// Print the address only, and open no browser
+    /// Print the address, but do not open a browser
     #[arg(long, help_heading = "Page")]
     no_open: bool,
     /// Never write the study and its scene files
@@ -91,10 +91,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What answers requests.
+/// Answers requests.
 type Handler<'h> = &'h (dyn Fn(&Request) -> Response<'h> + Sync);
 
-/// Serves a page until the program is to end. `end` stops what its handler has under way.
+/// Serves a page until the program ends. `end` stops the running jobs of the handler.
 fn serve<'h>(
     args: &Args,
     what: &str,
@@ -105,7 +105,7 @@ fn serve<'h>(
     let server = Server::bind(args.port)?.with_policy(policy);
     let url = server.url();
     super::print(&format!("{what} is at {url}\nCtrl-C ends the planner\n"))?;
-    // Held until the planner ends.
+    // Kept until the planner ends.
     let _page = if args.no_open { None } else { open_browser(&url) };
     thread::scope(|scope| {
         let ending = server.stopper();
@@ -123,11 +123,11 @@ fn serve<'h>(
 
 fn warn_if_changed(session: &Session) {
     if session.is_changed() {
-        say!("warning: changes were not saved; the page has their text as long as it is open (Copy as TOML)");
+        say!("warning: changes were not saved; while the page is open, Copy as TOML has them");
     }
 }
 
-/// Reads the study as the command line says.
+/// Reads the study with the arguments of the command line.
 struct Reader<S>(S);
 
 impl<S: Borrow<StudyArgs> + Send + Sync> StudyReader for Reader<S> {
@@ -187,8 +187,8 @@ fn template(name: &str) -> Result<Template> {
     })
 }
 
-/// Opens the page by a file that leads to it, so that the token is in no command line that others may list. The file is
-/// gone when what is returned is dropped.
+/// Opens the page through a file that redirects to it: other users can list command lines, and the address contains the
+/// token. Dropping the result removes the file.
 fn open_browser(url: &str) -> Option<tempfile::NamedTempFile> {
     let page = format!(
         "<!doctype html><meta charset=\"utf-8\"><title>perirobot plan</title>\

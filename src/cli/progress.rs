@@ -14,39 +14,38 @@ use serde::Serialize;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Progress")]
 pub(super) struct ProgressArgs {
-    /// How progress is shown on standard error
+    /// How to show progress on standard error
     #[arg(long, value_enum, value_name = "HOW", default_value = "bar")]
     progress: How,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum How {
-    /// A bar with rate and time left, where standard error is a terminal
+    /// A bar with rate and remaining time, if standard error is a terminal
     Bar,
-    /// A JSON object a line, for programs: its event is start, progress (twice a second at most), done or
-    /// stopped; of a search for sets also search, for each set that it begins at or finds
+    /// One JSON object per line, for programs: its event is start, progress (at most twice a second), done or stopped;
+    /// a search for sets adds search, for its start and for each set found
     Json,
     /// Not at all
     None,
 }
 
-/// Time between two lines for machines.
+/// Time between two JSON lines.
 const BETWEEN_LINES: Duration = Duration::from_millis(500);
 
-/// Time between two turns of what shows that a search goes on.
+/// Time between two frames of the spinner.
 const BETWEEN_TICKS: Duration = Duration::from_millis(200);
 
-/// The bar, which other writers on standard error move out of the way.
+/// The bar; other writers on standard error move it out of the way.
 static BARS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 
-/// Runs a function that writes on standard error, with the bar out of the way.
+/// Runs a function that writes on standard error, with the bar hidden.
 pub(super) fn suspend_bar<T>(write: impl FnOnce() -> T) -> T {
     BARS.suspend(write)
 }
 
 impl ProgressArgs {
-    /// Begins to show `done` of `of` things (named in the plural). Those done already do not count for the
-    /// rate.
+    /// Shows progress from `done` to `of`; `what` names the items in the plural. The rate ignores items done before.
     pub(super) fn start(&self, what: &'static str, done: u64, of: u64) -> JobProgress {
         let (mut bar, mut lines) = (None, None);
         match self.progress {
@@ -60,7 +59,7 @@ impl ProgressArgs {
         JobProgress { what, bar, lines, begin: Instant::now() }
     }
 
-    /// Begins to show a search.
+    /// Shows a search.
     pub(super) fn search(&self) -> SearchProgress {
         let spinner = (self.progress == How::Bar).then(|| {
             let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
@@ -80,7 +79,7 @@ pub(super) struct SearchProgress {
     begin: Instant,
 }
 
-/// What a line about a search holds.
+/// The JSON line of a search.
 #[derive(Serialize)]
 struct SearchLine {
     event: &'static str,
@@ -88,29 +87,29 @@ struct SearchLine {
     /// In the study's currency.
     budget: Option<f64>,
     best: Option<f64>,
-    /// What no set is above.
+    /// Upper bound of all scores.
     above: Option<f64>,
     elapsed_s: f64,
 }
 
-/// What a line about a search for the cheapest set holds; costs are in the study's currency.
+/// The JSON line of a search for the cheapest set; costs are in the study's currency.
 #[derive(Serialize)]
 struct PurchaseLine<'a> {
     event: &'static str,
-    /// What is searched.
+    /// The question under search.
     what: &'a str,
-    /// What the cheapest set so far costs.
+    /// Cost of the cheapest set found.
     cost: Option<f64>,
-    /// What no set costs less than.
+    /// Lower bound of all costs.
     below: Option<f64>,
     tested: u64,
-    /// Whether what is known is the answer.
+    /// Whether the answer is proven.
     proven: bool,
     elapsed_s: f64,
 }
 
 impl SearchProgress {
-    /// Shows what is searched, the best score so far, and what no set is above, if that is known.
+    /// Shows the current step, the best score found, and its upper bound if known.
     pub(super) fn show(&self, state: &SearchState) {
         if let Some(spinner) = &self.spinner {
             spinner.set_message(progress_of(state));
@@ -124,7 +123,7 @@ impl SearchProgress {
         }
     }
 
-    /// Shows the cheapest set so far, what no set costs less than, and how many were tested.
+    /// Shows the cheapest set found, the lower bound of the cost, and the number of tested sets.
     pub(super) fn show_purchase(&self, state: &PurchaseState) {
         if let Some(spinner) = &self.spinner {
             spinner.set_message(purchase_progress_of(state));
@@ -144,7 +143,7 @@ impl SearchProgress {
         }
     }
 
-    /// Seconds since the begin, to a millisecond.
+    /// Seconds since the start, to a millisecond.
     fn elapsed_s(&self) -> f64 {
         (1e3 * self.begin.elapsed().as_secs_f64()).round() / 1e3
     }
@@ -166,9 +165,9 @@ fn new_bar(what: &str, done: u64, of: u64) -> ProgressBar {
     bar
 }
 
-/// A long job under way. When it is finished or dropped, the bar is removed.
+/// A running job. The bar is removed when this is finished or dropped.
 pub(super) struct JobProgress {
-    /// The things that are done, in the plural.
+    /// The items, in the plural.
     pub(super) what: &'static str,
     bar: Option<ProgressBar>,
     lines: Option<Lines>,
@@ -176,7 +175,7 @@ pub(super) struct JobProgress {
 }
 
 impl JobProgress {
-    /// This many more are done.
+    /// Counts `more` finished items.
     pub(super) fn inc(&mut self, more: u64) {
         if let Some(bar) = &self.bar {
             bar.inc(more);
@@ -187,7 +186,7 @@ impl JobProgress {
         }
     }
 
-    /// The job has ended, whether all is done or not.
+    /// To be called when the job has ended, finished or not.
     pub(super) fn finish(self) {
         drop(self);
     }
@@ -204,7 +203,7 @@ impl Drop for JobProgress {
     }
 }
 
-/// What a line holds. Rate and time left are those since the start of this run, null while nothing is done.
+/// A JSON line. Rate and remaining time are measured since the start of this run, and null before the first item.
 #[derive(Serialize)]
 struct ProgressLine<'a> {
     event: &'a str,
@@ -216,14 +215,14 @@ struct ProgressLine<'a> {
     left_s: Option<f64>,
 }
 
-/// What the lines for machines are made of.
+/// The state behind the JSON lines.
 struct Lines {
     what: &'static str,
     /// Done before this run.
     before: u64,
     done: u64,
     of: u64,
-    /// When the last line was written, since the start.
+    /// Time of the last line, since the start.
     last: Duration,
 }
 
@@ -232,7 +231,7 @@ impl Lines {
         Lines { what, before: done, done, of, last: Duration::ZERO }
     }
 
-    /// This many more are done; returns a line if it is time for one.
+    /// Counts `more` finished items; returns a line if one is due.
     fn inc(&mut self, more: u64, elapsed: Duration) -> Option<String> {
         self.done += more;
         if elapsed < self.last + BETWEEN_LINES {
@@ -242,7 +241,7 @@ impl Lines {
         Some(self.line("progress", elapsed))
     }
 
-    /// The last line, which says whether the job came to its end.
+    /// The last line: whether the job was finished.
     fn end(&self, elapsed: Duration) -> String {
         self.line(if self.done >= self.of { "done" } else { "stopped" }, elapsed)
     }
@@ -274,8 +273,8 @@ mod tests {
     }
 
     #[test]
-    fn lines_tell_rate_and_time_left() {
-        // 100 were there before, 50 came in 2 s: 25 a second, 850 are left.
+    fn lines_have_rate_and_time_left() {
+        // 100 were done before, 50 more in 2 s: 25 per second, 850 remain.
         let mut lines = Lines::new("poses", 100, 1000);
         assert_eq!(
             lines.line("start", millis(0)),
@@ -297,8 +296,8 @@ mod tests {
     fn lines_come_twice_a_second_at_most() {
         let mut lines = Lines::new("poses", 0, 100);
         let times = [1, 400, 499, 500, 501, 999, 1000, 1700, 2100, 2200];
-        let told: Vec<u64> = times.into_iter().filter(|&ms| lines.inc(1, millis(ms)).is_some()).collect();
-        assert_eq!(told, [500, 1000, 1700, 2200]);
-        assert_eq!(lines.done, 10, "what is not told is counted");
+        let printed: Vec<u64> = times.into_iter().filter(|&ms| lines.inc(1, millis(ms)).is_some()).collect();
+        assert_eq!(printed, [500, 1000, 1700, 2200]);
+        assert_eq!(lines.done, 10, "all items are counted");
     }
 }

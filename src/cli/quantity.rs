@@ -1,11 +1,11 @@
-//! Quantities as people write them: `--memory` in bytes, `--max-time` in seconds.
+//! Quantities with units: `--memory` in bytes, `--max-time` in seconds.
 
 use std::time::Duration;
 
-/// What a number may be followed by, and what it then counts.
+/// The units of memory in bytes.
 const UNITS: [(&str, u64); 4] = [("GiB", 1 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10), ("", 1)];
 
-/// The least memory that can be given.
+/// The least memory.
 const LEAST: u64 = 1 << 20;
 
 /// Reads `512MiB`, `1GiB`, `1.5 GiB` or a plain number of bytes.
@@ -18,7 +18,7 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
     if bytes.is_finite() && bytes >= LEAST as f64 { Ok(bytes as u64) } else { Err(wrong()) }
 }
 
-/// What a time may be followed by, and the seconds it then counts.
+/// The units of time in seconds.
 const TIMES: [(&str, f64); 5] = [("s", 1.0), ("m", 60.0), ("h", 3600.0), ("d", 86400.0), ("", 1.0)];
 
 /// Reads `90s`, `30m`, `1.5h`, `2d` or a plain number of seconds.

@@ -1,4 +1,4 @@
-//! `perirobot render`: a picture of a cell, or of what a choice of poses makes of it.
+//! `perirobot render`: a picture of a cell, or of the labels of a choice of poses.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,12 +20,11 @@ use super::swept::StudyPlace;
 
 /// Draw a cell, or what one choice of poses makes of it
 ///
-/// The picture's rays are cast by the same code that scores poses, so that the CPU and any GPU draw the same
-/// bytes. With --pose its colours say what the sensors make of each occupied voxel; free space that a volume
-/// or zone calls occupied is a veil, a part of the returns are dots, and the sensors stand where they are
-/// mounted, visible through everything. From straight above (--from top) it lies as a floor plan does, with
-/// names, axes and a scale bar. Instead of the study it takes a folder of
-/// results, and draws what was swept or chosen there.
+/// The same code casts the picture's rays and scores poses, so the CPU and any GPU draw the same bytes. With --pose the
+/// colours show the label of each occupied voxel; free space labelled occupied by a volume or zone is a veil, a part of
+/// the returns are dots, and the sensors are drawn at their mounts, visible through everything. From straight above
+/// (--from top) the picture has the axes, names and scale bar of a floor plan. A folder of results can replace the
+/// study; its placements are then drawn.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -34,34 +33,33 @@ pub(super) struct Args {
     /// The study file of a folder of results, if it was moved
     #[arg(id = "moved", long = "study", value_name = "FILE", help_heading = "Study")]
     moved: Option<PathBuf>,
-    /// Which poses, sensor:pose as `perirobot check` lists them, several joined by ";", or as in the column `poses` of
-    /// results.csv
-    /// [default: none, the cell alone]
+    /// The poses, sensor:pose as `perirobot check` lists them, several joined by ";", or as in the column `poses` of
+    /// results.csv [default: none, the cell alone]
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
     #[command(flatten)]
     rest: RestArgs,
-    /// The .png file to write, or an .svg file for a floor plan: walls, furniture, robot, people, entries, what
-    /// the sensors look at and the floor that none of them watches
+    /// The .png file to write, or an .svg file for a floor plan: walls, furniture, robot, people, entries, the sensors'
+    /// views and the floor that no sensor watches
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Where the eye is: a point in world metres, or iso, top, front, back, left, right, bottom, from where
-    /// all is in view
+    /// The viewpoint: a point in world metres, or iso, top, front, back, left, right, bottom, at a distance that shows
+    /// everything
     #[arg(long, value_name = "X,Y,Z|SIDE", default_value = "iso", allow_hyphen_values = true)]
     from: Eye,
-    /// What is in the middle of the picture, in world metres [default: the middle of the cell]
+    /// The centre of the picture, in world metres [default: the middle of the cell]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     look_at: Option<DVec3>,
     /// Full horizontal angle of view in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 45.0)]
     fov_deg: f64,
-    /// Width and height in pixels, with the legend below the picture
+    /// Width and height in pixels, including the legend below the picture
     #[arg(long, value_name = "WxH", default_value = "960x600", value_parser = size)]
     size: [u32; 2],
-    /// What the colours say [default: label with --pose, role without]
+    /// The meaning of the colours [default: label with --pose, role without]
     #[arg(long, value_enum)]
     colour: Option<Colouring>,
-    /// Draw only what lies in this region
+    /// Draw only the inside of this region
     #[arg(long, value_name = "NAME")]
     only_region: Option<String>,
     /// Draw nothing above this height
@@ -70,11 +68,11 @@ pub(super) struct Args {
     /// Leave out walls and ceilings up to this thick between the viewpoint and the cell; 0 draws them
     #[arg(long, value_name = "METRES", default_value_t = 0.1)]
     open: f64,
-    /// Draw about so many returns of each sensor as dots, chosen by a hash; 0 for none
+    /// Draw about this many returns of each sensor as dots, chosen by a hash; 0 for none
     #[arg(long, value_name = "N", default_value_t = 3000)]
     points: usize,
-    /// Draw by which way each body of the study's [approach] comes nearest to the robot unnoticed, over all snapshots at
-    /// once, and the body at its end
+    /// Draw the path by which each body of the study's [approach] comes closest to the robot unnoticed, over all
+    /// snapshots at once, and the body at its end
     #[arg(long, requires = "pose")]
     approach: bool,
     #[command(flatten)]
@@ -98,13 +96,13 @@ Examples:
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Colouring {
-    /// What the sensors say: called occupied, unknown, called free; people and the robot set off
+    /// The sensors' labels: labelled occupied, unknown, labelled free; people and the robot in other colours
     Label,
     /// From the lowest voxel to the highest
     Height,
     /// Along x
     X,
-    /// People, the robot, the rest
+    /// People, the robot, everything else
     Role,
 }
 
@@ -116,7 +114,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         return Err(Issue::says(what).into());
     }
     args.backend.start_threads()?;
-    let place = StudyPlace { named: args.moved.as_deref(), cure: ", or say --study FILE" };
+    let place = StudyPlace { named: args.moved.as_deref(), cure: ", or name the study: --study FILE" };
     let swept = args.study.load_folder(place)?;
     let (study, swept) = match swept {
         Some((study, worlds)) => (study, Some(worlds)),
@@ -140,7 +138,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         wish.ways = looked.ways()?;
         wish.ways.iter().try_for_each(|way| super::print(&format!("{}\n", way.words())))?;
         if wish.ways.is_empty() {
-            super::print("every body of [approach] is noticed wherever it comes in\n")?;
+            super::print("every body of [approach] is noticed at every entry\n")?;
         }
     }
     if ends_in("svg") {
@@ -166,7 +164,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 impl Args {
-    /// What the picture shall be, in a study with these regions.
+    /// The requested picture, in a study with these regions.
     fn wish(&self, regions: &[&str]) -> Result<Wish> {
         let region = |name: &String| {
             let found = regions.iter().position(|region| region == name);

@@ -1,4 +1,4 @@
-//! `perirobot report`: the folder of a sweep as one page to read, click through, mail and print.
+//! `perirobot report`: a sweep as one page to read, click through, mail and print.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,12 +20,11 @@ use super::swept::SweptArgs;
 
 /// Write the results of a sweep as one HTML page
 ///
-/// The page holds everything and needs no network: what was assumed, the best placements with a mounting
-/// sheet for each sensor, distributions of the scores, maps of walls and ceiling, a table of the poses, and a
-/// 3D view of the cell with what the selected pose gets right, wrong and does not know. Where sets of sensors
-/// were chosen, it has their front: cost against score, and what no set is above; or, after one sentence that
-/// is the answer, the cheapest set that passes, at each speed or without each requirement. It opens from a
-/// mail attachment and prints to PDF.
+/// The page is self-contained and works offline: the assumptions, the best placements with a mounting sheet for each
+/// sensor, distributions of the scores, maps of walls and ceiling, a table of the poses, and a 3D view of the cell with
+/// the correct, wrong and unknown voxels of the selected pose. For chosen sets of sensors it shows their front: cost
+/// against score, with the upper bound; or the answer in one sentence and the cheapest set that passes, at each speed
+/// or without each requirement. It opens from a mail attachment and prints to PDF.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -34,8 +33,8 @@ pub(super) struct Args {
     /// The page [default: report.html in DIR]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// How many of the best choices of poses of each region and representation the 3D view shows voxel by
-    /// voxel; of all others it shows the cell and the frustum
+    /// How many of the best choices of poses of each region and representation the 3D view shows voxel by voxel; for
+    /// all others it shows the cell and the frustum
     #[arg(long, value_name = "N", default_value_t = page::LOOKED_AT)]
     best: usize,
     #[command(flatten)]
@@ -48,7 +47,7 @@ const AFTER_HELP: &str = "\
 Examples:
   perirobot sweep scenes/quick.toml --out out/quick
   perirobot report out/quick                     writes out/quick/report.html
-  perirobot report out/quick --best 3            sooner done, and smaller";
+  perirobot report out/quick --best 3            faster, and a smaller file";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
@@ -66,7 +65,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     for warning in warnings {
         say!("warning: {warning}");
     }
-    // Checked first, so that nothing is computed in vain.
+    // Opened first, so that a wrong path fails before the computation.
     let mut file = WholeFile::create(&out)?;
     let manifest = Manifest::read(folder)?;
     let chosen = Chosen::read(folder)?.filter(|chosen| chosen.is_of(&results));
@@ -100,9 +99,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Why there is no page of an answer without a set.
+/// The error for an answer without a set.
 fn without_set(folder: &Path, purchase: &PurchaseReport) -> Error {
-    let mut what = format!("there is no set to show: {}", purchased::sentence(purchase, None));
+    let mut what = format!("no set to show: {}", purchased::sentence(purchase, None));
     for ReasonReport { requirement, why } in &purchase.main().reasons {
         what += &format!("; {requirement:?}: {why}");
     }

@@ -1,5 +1,5 @@
-//! `perirobot schema`: what editors need to complete and check study and scene files. The text
-//! is in `input::schema`.
+//! `perirobot schema`: the schemas with which editors complete and check study and scene files. Their text is in
+//! `input::schema`.
 
 use std::process::ExitCode;
 
@@ -9,18 +9,18 @@ use perirobot_study::input::schema;
 
 /// Print the JSON schema of study or scene files
 ///
-/// Write it into a file, and name that file in the first line of a study or scene: `#:schema
-/// study.schema.json`. Editors that know Taplo (as Even Better TOML for Visual Studio Code) then complete
-/// keys, explain them, and mark what is wrong. `perirobot init` does both.
+/// Write it to a file, and name that file in the first line of a study or scene: `#:schema study.schema.json`. Editors
+/// that support Taplo (as Even Better TOML for Visual Studio Code) then complete keys, explain them, and mark errors.
+/// `perirobot init` does both.
 #[derive(clap::Args)]
 pub(super) struct Args {
-    /// Which kind of file
+    /// The kind of file
     file: SchemaKind,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum SchemaKind {
-    /// What is swept over what
+    /// The sensors, poses and regions of a sweep
     Study,
     /// The objects of a cell
     Scene,

@@ -1,4 +1,4 @@
-//! `--score`: the scores by name, for commands that print or rank by one of them.
+//! `--score`: the scores by name, for commands that print or rank by one.
 
 use clap::ValueEnum;
 use perirobot_march::metrics::Score;
@@ -10,29 +10,29 @@ pub(super) enum ScoreArg {
     F1,
     /// Cohen's kappa over occupied, free, unknown
     Kappa,
-    /// Share of people's voxels that are hit, or that a presence sensor feels
+    /// Share of people's voxels that are hit, or detected by a presence sensor
     HumanSeen,
-    /// Share of people's voxels that are labelled occupied, correctly or by noise; with false_alarm beside it
+    /// Share of people's voxels that are labelled occupied, correctly or by noise; printed with false_alarm
     HumanClaimed,
-    /// Share of people of whom a part is detected, or whom a presence sensor feels
+    /// Share of people with a detected body part, or detected by a presence sensor
     PeopleDetected,
     /// Share of people's body parts that are detected
     PartsDetected,
     /// Share of the region that stays unknown
     Unknown,
-    /// Share of the free voxels with a label that are called occupied
+    /// Share of the labelled free voxels that are labelled occupied
     FalseAlarm,
-    /// Share of the region that at least two sensors label, whatever they say
+    /// Share of the region that at least two sensors label, with any label
     SeenTwice,
 }
 
 impl ScoreArg {
-    /// The score that it names.
+    /// The score itself.
     pub(super) fn score(self) -> Score {
         self.scores()[0]
     }
 
-    /// The tables that it stands for: a claimed share says nothing without its false alarms.
+    /// The tables to print: a claimed share is misleading without its false alarms.
     pub(super) fn scores(self) -> &'static [Score] {
         match self {
             ScoreArg::F1 => &[Score::F1],

@@ -17,14 +17,13 @@ use super::study::StudyArgs;
 
 /// Score a map that real sensors recorded against a scene
 ///
-/// Lays an OctoMap (.bt, .ot), labels (.npz, as `perirobot export` writes them), a point cloud (.pcd, .ply) or
-/// those of a ROS 2 bag (.mcap) into the study's grid, and compares it with the truth of one scene at one moment
-/// as a sweep compares what a sensor says. The study's own sensors are not cast. A voxel of the study is occupied
-/// if a part of an occupied voxel of the map lies in it, free if all of it is covered by free ones, else unknown.
-/// The points of a cloud mark their voxels and free those between them and the sensor. What is there and not
-/// called occupied is told by reason.
+/// Reads an OctoMap (.bt, .ot), labels (.npz, as `perirobot export` writes them), a point cloud (.pcd, .ply) or those
+/// of a ROS 2 bag (.mcap) into the study's grid, and compares it with the truth of one scene at one moment in the same
+/// way as a sweep compares a sensor. The study's own sensors are not cast. A voxel of the study is occupied if it
+/// overlaps an occupied voxel of the map, free if free ones cover it, else unknown. The points of a cloud mark their
+/// voxels and free those between them and the sensor. Missed objects are reported by reason.
 ///
-/// In a study a recorded map is a sensor with kind = "recorded", which fuses with the others.
+/// To fuse a recorded map with other sensors, use a sensor with kind = "recorded" in the study.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
@@ -33,28 +32,27 @@ pub(super) struct Args {
     map: PathBuf,
     #[command(flatten)]
     study: StudyArgs,
-    /// The scene that was recorded [default: the study's first]
+    /// The recorded scene [default: the study's first]
     #[arg(long, value_name = "NAME", help_heading = "Recording")]
     scene: Option<String>,
-    /// At which of its moments, counted from 0
+    /// The moment of that scene, counted from 0
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Recording")]
     snapshot: usize,
-    /// Where the map's frame stands in the world: its origin in metres, and how far it is turned about the
-    /// vertical in degrees, from x towards y; a cloud may be tilted, by QW,QX,QY,QZ in place of YAW
-    /// [default: 0,0,0,0]
+    /// The map's frame in the world: its origin in metres, and its rotation about the vertical in degrees, from x
+    /// towards y; a cloud may be tilted, by QW,QX,QY,QZ instead of YAW [default: 0,0,0,0]
     #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = anchor, help_heading = "Recording")]
     at: Option<Anchor>,
-    /// Where the sensor was, in the recording's frame, in metres: a point cloud is carved from there, of a map it
-    /// tells what was hidden [default: of a cloud what a .pcd says, else the frame's origin]
+    /// The sensor's position in the recording's frame, in metres: a point cloud is carved from there; for a map it
+    /// decides what was hidden [default: the viewpoint of a .pcd, else the frame's origin]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = place, help_heading = "Recording")]
     sensor: Option<DVec3>,
-    /// Of a .mcap: the topic of the point clouds [default: the only one]
+    /// For a .mcap: the topic of the point clouds [default: the only one]
     #[arg(long, value_name = "NAME", help_heading = "Recording")]
     topic: Option<String>,
-    /// Of a .mcap: one message of the topic, counted from 0 [default: all of them together]
+    /// For a .mcap: one message of the topic, counted from 0 [default: all messages together]
     #[arg(long, value_name = "N", help_heading = "Recording")]
     message: Option<usize>,
-    /// A table with the columns of results.csv, a row for each region: FILE.csv or FILE.parquet
+    /// A table with the columns of results.csv, one row per region: FILE.csv or FILE.parquet
     #[arg(long, value_name = "FILE", help_heading = "Recording")]
     out: Option<PathBuf>,
 }
@@ -71,13 +69,13 @@ Examples:
       a cloud, carved from where its sensor was
   perirobot score out/map/points-camera.ply scenes/quick.toml \\
     --sensor 2,-1.9,1.5
-      the same; a .ply does not say where its sensor was
+      the same; a .ply has no viewpoint
 
-Why what is there is not called occupied; a voxel has the first that applies:
-  beside        the map has something a voxel off
-  said free     the map says that nothing is there
-  hidden        something stands before it, from every place where a sensor was
-  not measured  it was in sight, or no such place is known";
+Reasons for missed voxels; a voxel has the first that applies:
+  beside        the map has an occupied voxel next to it
+  said free     the map labels it free
+  hidden        an object is in front of it, from every position of a sensor
+  not measured  it was in sight, or the sensor's position is unknown";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     super::stop::end_tidily()?;
@@ -113,7 +111,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// `X,Y,Z,YAW` or `X,Y,Z,QW,QX,QY,QZ` as a place.
+/// Parses `X,Y,Z,YAW` or `X,Y,Z,QW,QX,QY,QZ`.
 fn anchor(text: &str) -> std::result::Result<Anchor, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
     numbers.and_then(|numbers| Anchor::from_numbers(&numbers)).ok_or_else(|| {
@@ -125,7 +123,7 @@ fn anchor(text: &str) -> std::result::Result<Anchor, String> {
     })
 }
 
-/// `X,Y,Z` as a place.
+/// Parses `X,Y,Z`.
 fn place(text: &str) -> std::result::Result<DVec3, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
     match numbers.as_deref() {

@@ -1,5 +1,4 @@
-//! `perirobot sensors`: the devices that a study may name, with their values and where those are from. They
-//! are in `input::catalogue`.
+//! `perirobot sensors`: the device catalogue, with values and sources. It is in `input::catalogue`.
 
 use std::process::ExitCode;
 
@@ -11,9 +10,9 @@ use toml::Value;
 
 /// List the devices that a study may name, with sources
 ///
-/// A [[sensor]] with `model = "realsense-d435"` has the keys of that device; keys that the study writes
-/// itself take precedence. Values are the makers', where they could be found; those that could not be checked
-/// against a maker's own document are named. Check the data sheet of your device before you rely on any.
+/// A [[sensor]] with `model = "realsense-d435"` has the keys of that device; keys in the study itself take precedence.
+/// Values are the makers' if available; values that could not be checked against a maker's own document are marked.
+/// Check the data sheet of your device before you rely on any.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -21,7 +20,7 @@ Examples:
   perirobot sensors realsense-d435       one device: its keys, source and notes
   perirobot sensors ouster sick          all devices with these in their names")]
 pub(super) struct Args {
-    /// Only devices with one of these in their names, and all that is known of them
+    /// Only devices with one of these in their names, with all their data
     #[arg(value_name = "NAME")]
     names: Vec<String>,
 }
@@ -29,7 +28,7 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.names.is_empty() {
         let lines = models().iter().map(line);
-        let more = "\n`perirobot sensors NAME` tells values and sources; in a study: model = \"NAME\"\n";
+        let more = "\n`perirobot sensors NAME` prints values and sources; in a study: model = \"NAME\"\n";
         super::print(&(HEAD.to_string() + &lines.collect::<String>() + more))?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -49,7 +48,7 @@ const HEAD: &str = "\
 model                         kind  field (deg)  resolution     range (m)  noise at 2 m
 ";
 
-/// A device in a line: where it looks, how finely, how far, and how exactly.
+/// A device as one line: field of view, resolution, range and noise.
 fn line(model: &DeviceModel) -> String {
     let key = |key: &str| model.keys.get(key);
     let numbers = |value: &Value| match value {
@@ -94,7 +93,7 @@ fn noise(said: &Value) -> String {
     }
 }
 
-/// A number with at most two places behind the point, or a word.
+/// A number with at most two decimals, or a word.
 fn plain(value: &Value) -> String {
     let short = |number: f64| {
         let text = format!("{number:.2}");
@@ -107,7 +106,7 @@ fn plain(value: &Value) -> String {
     }
 }
 
-/// From the lowest of some angles to the highest.
+/// The range of some angles.
 fn spread(angles: &[Value]) -> String {
     let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|n| n as f64));
     let angles = angles.iter().filter_map(number);
@@ -115,12 +114,12 @@ fn spread(angles: &[Value]) -> String {
     plain(&Value::Float(high - low))
 }
 
-/// All that is known of a device; its lines can be pasted into a study.
+/// All data of a device, as lines to paste into a study.
 fn describe(model: &DeviceModel) -> String {
     let mut text = format!("# {}\n# source: {}\n#         {}\n", model.title, model.source, model.url);
     text += &format!("# {}\n", model.note);
     if let Some(unconfirmed) = &model.unconfirmed {
-        text += &format!("# not compared with the maker's words: {unconfirmed}\n");
+        text += &format!("# not checked against the maker's document: {unconfirmed}\n");
     }
     if let Some(Stereo { baseline_m, subpixel_px }) = model.stereo {
         text += &format!(
@@ -129,7 +128,7 @@ fn describe(model: &DeviceModel) -> String {
     }
     let keys = model.keys.iter().map(|(key, value)| format!("{key} = {value}\n"));
     format!(
-        "{text}model = {:?}\n# which stands for\n{}\n",
+        "{text}model = {:?}\n# equivalent to\n{}\n",
         model.name,
         keys.map(|line| format!("#   {line}")).collect::<String>()
     )

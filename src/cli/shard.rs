@@ -1,18 +1,18 @@
-//! `--shard K/N`: which part of a sweep this run works on. `auto` takes K from the engine that runs the task.
+//! `--shard K/N`: the part of a sweep for this run. `auto` takes K from the environment of a workload manager.
 
 use perirobot_march::{Error, Result};
 use perirobot_sweep::results::journal::Shard;
 
-/// Where engines tell a task its number: Slurm's array jobs, HyperQueue, Kubernetes' indexed jobs.
+/// Variables with a task's number: Slurm's array jobs, HyperQueue, Kubernetes' indexed jobs.
 const NUMBERS: [&str; 3] = ["SLURM_ARRAY_TASK_ID", "HQ_TASK_ID", "JOB_COMPLETION_INDEX"];
 
-/// Most shards; a larger number is surely a typing error.
+/// Most shards; a larger number is a typo.
 const MOST: u32 = 1_000_000;
 
-/// As on the command line.
+/// A shard as given on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ShardArg {
-    /// `None`: the engine's environment says it.
+    /// `None`: taken from the environment.
     number: Option<u32>,
     of: u32,
 }
@@ -30,7 +30,7 @@ pub(super) fn shard(text: &str) -> Result<ShardArg, String> {
 }
 
 impl ShardArg {
-    /// Which one it is.
+    /// The number of the shard.
     pub(super) fn resolve(self) -> Result<Shard> {
         let ShardArg { number, of } = self;
         let number = match number {
@@ -41,15 +41,20 @@ impl ShardArg {
     }
 }
 
-/// The number that an engine has put into the environment.
+/// The task number from the environment.
 fn engine_number(of: u32, variable: impl Fn(&str) -> Option<String>) -> Result<u32> {
     let wrong = |what: String| Error::input(format!("--shard auto/{of}"), what);
     let mut found = NUMBERS.iter().filter_map(|name| Some((name, variable(name)?)));
     let (name, value) = found.next().ok_or_else(|| {
-        wrong(format!("none of {} is set: run it as a task of an engine, or say K/{of}", NUMBERS.join(", ")))
+        wrong(format!(
+            "none of {} is set: run it as a task of a workload manager, or write K/{of}",
+            NUMBERS.join(", ")
+        ))
     })?;
     if let Some((other, _)) = found.next() {
-        return Err(wrong(format!("both {name} and {other} are set: say which shard it is, as in 0/{of}")));
+        return Err(wrong(format!(
+            "both {name} and {other} are set: write the shard's number, as in 0/{of}"
+        )));
     }
     let number = value.parse().ok().filter(|number| *number < of);
     number.ok_or_else(|| wrong(format!("{name} = {value}: must be from 0 to {}", of - 1)))
@@ -70,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn engines_tell_the_number() {
+    fn the_environment_has_the_number() {
         let set = |all: &'static [(&str, &str)]| {
             move |name: &str| all.iter().find(|(known, _)| *known == name).map(|(_, value)| value.to_string())
         };

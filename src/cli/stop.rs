@@ -1,5 +1,5 @@
-//! Stops a job on a signal or at the end of `--max-time`. The batch under way is finished first; a second
-//! signal ends the program at once, and finished rows are kept, too.
+//! Stops a job on a signal or at `--max-time`. The current batch is finished first; a second signal ends the program at
+//! once, and finished rows are still kept.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use signal_hook::flag;
 
 use super::progress::suspend_bar;
 
-/// The exit code for a job that the same command can finish (`EX_TEMPFAIL`): it was stopped, or another run
-/// is at work in the folder.
+/// The exit code for a job that the same command can finish (`EX_TEMPFAIL`): it was stopped, or another run uses the
+/// folder.
 pub(super) const TRY_AGAIN: u8 = 75;
 
 /// Waits for a reason to stop.
@@ -25,7 +25,7 @@ pub(super) struct StopAt {
     until: Option<Instant>,
 }
 
-/// The signals that stop, and what they are called.
+/// The signals that stop a job, with their names.
 const SIGNALS: &[(i32, &str)] = &[
     (SIGINT, "Ctrl-C (SIGINT)"),
     (SIGTERM, "SIGTERM"),
@@ -34,17 +34,17 @@ const SIGNALS: &[(i32, &str)] = &[
 ];
 
 impl StopAt {
-    /// Begins to listen. `max_time` is counted from here.
+    /// Starts to listen. `max_time` counts from here.
     pub(super) fn listen(max_time: Option<Duration>) -> Result<StopAt> {
-        StopAt::listen_saying("stopping when the batch under way is finished; once more stops now", max_time)
+        StopAt::listen_saying("stopping after the current batch; repeat the signal to stop now", max_time)
     }
 
-    /// The same with other words on a signal.
+    /// The same with another message.
     pub(super) fn listen_saying(words: &'static str, max_time: Option<Duration>) -> Result<StopAt> {
         let (signal, again) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
         for &(number, name) in SIGNALS {
             let wrong = |e| Error::device(format!("cannot listen for {name}: {e}"));
-            // In this order: the first one arms the shutdown that the second one meets.
+            // The order matters: the first arms the shutdown that the second triggers.
             flag::register_conditional_shutdown(number, TRY_AGAIN.into(), again.clone()).map_err(wrong)?;
             flag::register(number, again.clone()).map_err(wrong)?;
             flag::register_usize(number, signal.clone(), number as usize).map_err(wrong)?;
@@ -55,7 +55,7 @@ impl StopAt {
         Ok(StopAt { signal, until })
     }
 
-    /// Why to stop, if there is a reason by now.
+    /// The reason to stop, if any.
     pub(super) fn reason(&self) -> Option<String> {
         let signal = self.signal.load(Ordering::Relaxed);
         let name = SIGNALS.iter().find(|(number, _)| *number as usize == signal).map(|(_, name)| *name);
@@ -64,7 +64,7 @@ impl StopAt {
     }
 }
 
-/// A signal then ends the program as usual, but leaves no file half-written.
+/// From here on, a signal ends the program as usual, but leaves no half-written file.
 pub(super) fn end_tidily() -> Result<()> {
     on_signal(|signal| {
         // The signal ends the program even if this panics.
@@ -76,13 +76,13 @@ pub(super) fn end_tidily() -> Result<()> {
     })
 }
 
-/// Runs a function once, in a thread of its own, at the first signal.
+/// Runs a function once, in its own thread, at the first signal.
 fn on_signal(act: impl FnOnce(i32) + Send + 'static) -> Result<()> {
     let wrong = |e| Error::device(format!("cannot listen for signals: {e}"));
     let next = next_signal().map_err(wrong)?;
     let listener = thread::Builder::new().spawn(move || {
         if let Some(signal) = next() {
-            // A panic here must not keep the signal from stopping the job.
+            // A panic here must not prevent the stop.
             let acted = catch_panic(|| {
                 act(signal);
                 Ok(())
@@ -119,7 +119,7 @@ fn next_signal() -> std::io::Result<impl FnOnce() -> Option<i32>> {
     })
 }
 
-/// The exit code of what was stopped.
+/// The exit code of a stopped job.
 pub(super) fn stop_code() -> ExitCode {
     ExitCode::from(TRY_AGAIN)
 }

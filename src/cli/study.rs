@@ -1,4 +1,4 @@
-//! Which study is run, and what the command line overrides.
+//! The study of a command, and its overrides.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use perirobot_sweep::results::files::MANIFEST;
 use super::packages::PackageArgs;
 use super::swept::{self, StudyPlace};
 
-// The group makes an optional study one that is there just if its file is named.
+// With this group, an optional study is present exactly if its file is given.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Study")]
 #[group(args = ["study"])]
@@ -25,7 +25,7 @@ pub(super) struct StudyArgs {
     /// Edge of a voxel in metres, instead of the study's
     #[arg(long, value_name = "METRES")]
     voxel_size: Option<f64>,
-    /// Ideal sensors: no noise, no lost returns, no error of the mount, whatever the study says
+    /// Ideal sensors: no noise, no lost returns, no mounting error, overriding the study
     #[arg(long)]
     noiseless: bool,
     #[command(flatten)]
@@ -33,14 +33,14 @@ pub(super) struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// A study as its file says.
+    /// A study without overrides.
     #[cfg(feature = "report")]
     pub(super) fn from_path(study: PathBuf) -> StudyArgs {
         StudyArgs { study, voxel_size: None, noiseless: false, packages: PackageArgs::default() }
     }
 
-    /// Reads the study and makes its scenes ready as far as possible; with them come all errors of the
-    /// scenes. If the study itself is wrong, there are only its errors.
+    /// Reads the study and prepares its scenes as far as possible, collecting all errors of the scenes. If the study
+    /// itself is wrong, there are only its errors.
     pub(super) fn examine(&self) -> Result<(Study, Vec<World>, Vec<Error>), Vec<Error>> {
         let mut study = Study::examine(&self.study, &self.overrides(), self.packages.sources(&self.study))?;
         self.packages.apply(&mut study.scenes);
@@ -60,8 +60,8 @@ impl StudyArgs {
         &self.study
     }
 
-    /// Reads the study from another text than that of its file, and some of the files that it names from theirs, in other
-    /// voxels unless the command line gives their size.
+    /// Reads the study from a given text instead of its file, and some of its files from given texts; a voxel size of
+    /// the command line takes precedence.
     #[cfg(feature = "report")]
     pub(super) fn examine_text(
         &self,
@@ -81,18 +81,18 @@ impl StudyArgs {
         Ok(study)
     }
 
-    /// What was swept into a folder of results that is named in the place of a study; `None` if it is no such
-    /// folder. `place` is that of its study.
+    /// The study and scenes of a folder of results; `None` if the argument is not such a folder. `place` locates the
+    /// study.
     pub(super) fn load_folder(&self, place: StudyPlace) -> Result<Option<(Study, Vec<World>)>> {
         if !self.study.join(MANIFEST).exists() {
             if let Some(moved) = place.named {
-                let what = format!("is for a folder of results, and {} is none", self.study.display());
+                let what = format!("needs a folder of results, but {} is not one", self.study.display());
                 return Err(Error::input(format!("--study {}", moved.display()), what));
             }
             return Ok(None);
         }
         if self.overrides() != Overrides::default() {
-            let what = "is a folder of results, which has its voxels and its noise: leave out --voxel-size and --noiseless";
+            let what = "is a folder of results with a fixed voxel size and noise: remove --voxel-size and --noiseless";
             return Err(Error::input(&self.study, what));
         }
         let (study, worlds) = swept::study_of(&self.study, place, &self.packages)?;
@@ -103,7 +103,7 @@ impl StudyArgs {
         Overrides { voxel_size_m: self.voxel_size, noiseless: self.noiseless }
     }
 
-    /// Reads the study and makes its scenes ready; warnings are printed.
+    /// Reads the study and prepares its scenes; prints warnings.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
         self.load_unless(&|| None)
     }
@@ -119,12 +119,12 @@ impl StudyArgs {
         Ok((study, worlds))
     }
 
-    /// The arguments by which a command that takes the folder of results reads the same files.
+    /// The package arguments for a command on the folder of results.
     pub(super) fn package_words(&self) -> Vec<String> {
         self.packages.words()
     }
 
-    /// The arguments by which another command reads the same study.
+    /// The arguments with which another command reads the same study.
     pub(super) fn words(&self) -> Vec<String> {
         let size = self.voxel_size.iter().flat_map(|size| ["--voxel-size".into(), size.to_string()]);
         let noiseless = self.noiseless.then(|| "--noiseless".into());
@@ -132,7 +132,7 @@ impl StudyArgs {
         study.chain(size).chain(noiseless).chain(self.package_words()).collect()
     }
 
-    /// Where results go that are told no folder: `out/`, the study's name and an ending.
+    /// The default folder of results: `out/`, the study's name and an ending.
     pub(super) fn usual_out(&self, ending: &str) -> PathBuf {
         let mut name = self.study.file_stem().unwrap_or_default().to_owned();
         name.push(ending);

@@ -14,22 +14,21 @@ use super::score::ScoreArg;
 
 /// Print the tables behind the paper's figures from a sweep
 ///
-/// Reads counts.journal, poses.csv and manifest.json of an output folder and prints, as far as they apply:
-/// how the scores of all choices of poses are distributed (per scene, region, combination and representation,
-/// beside the baselines of the region); the maximum of each combination of sensors, and its part of what the
-/// largest combination reaches; the best pose of each group of poses (a wall, the ceiling); the best choices
-/// over the snapshots of moving scenes, by mean and by worst. Where sets of sensors were chosen, their front comes
-/// first.
+/// Reads counts.journal, poses.csv and manifest.json of an output folder and prints the tables that apply: the
+/// distribution of the scores over all choices of poses (per scene, region, combination and representation, with the
+/// baselines of the region); the maximum of each combination of sensors, and its share of the largest combination's
+/// maximum; the best pose of each group of poses (a wall, the ceiling); the best choices over the snapshots of moving
+/// scenes, by mean and by worst. For chosen sets of sensors, their front comes first.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
-    /// Folder that `perirobot sweep` or `perirobot choose` has written
+    /// Folder written by `perirobot sweep` or `perirobot choose`
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// Only this region
     #[arg(long, value_name = "NAME")]
     region: Option<String>,
-    /// Only this combination (a sensor alone has its own name)
+    /// Only this combination (for a sensor alone, its name)
     #[arg(long, value_name = "NAME")]
     combination: Option<String>,
     /// Only this score [default: f1 and kappa]
@@ -48,7 +47,7 @@ Examples:
 How to read it:
   A score without a value (nothing of the kind is in the region) is a dash, and
   is left out of means, never 0.
-  Hold every score against the baselines: a sensor stuck at `occupied` has a
+  Compare every score with the baselines: a sensor stuck at `occupied` has a
   better F1 than many poses.
   The same numbers for pandas, one row a choice of poses: scores.csv in the
   folder.";

@@ -22,34 +22,33 @@ use super::study::StudyArgs;
 
 /// Score every candidate pose of a study
 ///
-/// Writes into the output folder what is finished as soon as it is (counts.journal), what is swept
-/// (manifest.json, poses.csv), and at the end the tables: results (counts and scores) and scores (over
-/// snapshots and repeats). Prints the best poses beside what trivial answers would score; `perirobot summary
-/// DIR` prints more from the folder.
+/// Writes finished counts continuously into the output folder (counts.journal), with a description of the sweep
+/// (manifest.json, poses.csv), and at the end the tables: results (counts and scores) and scores (over snapshots and
+/// repeats). Prints the best poses with the scores of trivial answers; `perirobot summary DIR` prints more from the
+/// folder.
 ///
-/// Whatever ends a run early, the same command goes on where it was, and the tables are those of a single
-/// run, byte for byte. A folder with a sweep of something else is refused, with what has changed.
+/// If a run ends early for any reason, the same command resumes it, and the tables equal those of a single run, byte
+/// for byte. A folder with another sweep is refused, with the differences.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
-    /// Folder for the results; made if needed [default: out/ and the study's name]
+    /// Folder for the results; created if needed [default: out/ and the study's name]
     #[arg(long, value_name = "DIR", help_heading = "Results")]
     out: Option<PathBuf>,
-    /// Begin anew: whatever the folder holds of an earlier sweep is lost
+    /// Start over: discard an earlier sweep in the folder
     #[arg(long, help_heading = "Results")]
     restart: bool,
-    /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d); the batch under
-    /// way is finished
+    /// Stop, as on a signal, this long after the start of the program (90s, 30m, 1.5h, 2d); the current batch is
+    /// finished
     #[arg(long, value_name = "TIME", value_parser = super::quantity::time, help_heading = "Parts of a sweep")]
     max_time: Option<Duration>,
-    /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from
-    /// SLURM_ARRAY_TASK_ID, HQ_TASK_ID or JOB_COMPLETION_INDEX. `perirobot merge OUT` puts them together
+    /// Only one of N parts, K from 0 to N-1, in the folder OUT/shard-K-of-N; auto/N takes K from SLURM_ARRAY_TASK_ID,
+    /// HQ_TASK_ID or JOB_COMPLETION_INDEX. `perirobot merge OUT` merges them
     #[arg(long, value_name = "K/N", value_parser = super::shard::shard, help_heading = "Parts of a sweep")]
     shard: Option<ShardArg>,
-    /// On a GPU, count the first poses and then one in so many again on the CPU; a difference stops the run.
-    /// 0 for none
+    /// On a GPU, recount the first poses and then one in N on the CPU; a difference stops the run. 0 for none
     #[arg(long, value_name = "N", default_value_t = ONE_IN, help_heading = "Backend")]
     verify: u64,
     #[command(flatten)]
@@ -58,7 +57,7 @@ pub(super) struct Args {
     backend: BackendArgs,
     #[command(flatten)]
     progress: ProgressArgs,
-    /// Say afterwards, on standard error, what each stage of the backend's work took, where that is known
+    /// At the end, print the time of each backend stage on standard error, if available
     #[arg(long, help_heading = "Progress")]
     timings: bool,
 }
@@ -66,17 +65,17 @@ pub(super) struct Args {
 const AFTER_HELP: &str = "\
 Examples:
   perirobot sweep scenes/quick.toml
-      score all poses, into out/quick; the same again goes on
+      score all poses, into out/quick; repeat it to resume
   perirobot sweep my.toml --out out/my --max-time 8h
       stop in time, exit code 75 if anything is left
   perirobot sweep my.toml --out out/my --shard 0/4
       the first of four parts, on this machine
   perirobot merge out/my
-      all four parts, as if one run had made them
+      all four parts merged, equal to a single run
 
-On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the batch under way is finished, and
-the exit code is 75. A second signal ends the run at once; what is finished is
-kept in any case.";
+On Ctrl-C, SIGTERM, SIGUSR1 or --max-time the current batch is finished, and
+the exit code is 75. A second signal ends the run at once; finished batches are
+always kept.";
 
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let stop = StopAt::listen(args.max_time)?;
@@ -143,12 +142,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The message of a run that was stopped while its scenes were made ready.
+/// The message of a run that was stopped while it prepared its scenes.
 fn not_begun(why: &str) -> String {
     format!("{why} while scenes were made ready; to go on: {}", shell::command(&command()))
 }
 
-/// The command as typed, word by word, without arguments that would begin the sweep anew or stop it again.
+/// The command as typed, without the arguments that would start the sweep over or stop it again.
 pub(super) fn command() -> Vec<String> {
     let mut words = super::words().iter().skip(1).map(|word| word.to_string_lossy().into_owned());
     let mut command = vec!["perirobot".to_string()];
@@ -163,7 +162,7 @@ pub(super) fn command() -> Vec<String> {
     command
 }
 
-/// Tells what the run did in a line, and with `--timings` in a line a stage.
+/// Prints a summary of the run, and with `--timings` a line per stage.
 fn tell(report: &RunReport, timings: bool) -> Result<()> {
     let run = &report.run;
     if timings {
@@ -181,10 +180,11 @@ fn tell(report: &RunReport, timings: bool) -> Result<()> {
     ))
 }
 
-/// A line a stage: milliseconds, dispatches, the placements or jobs that a dispatch has on the mean, and the lanes of all.
+/// A line per stage: milliseconds, dispatches, the mean number of placements or jobs per dispatch, and the total of
+/// lanes.
 fn print_timings(timings: &[StageTiming]) {
     if timings.is_empty() {
-        say!("this backend does not know what its stages took");
+        say!("this backend does not measure its stages");
     }
     for StageTiming { stage, took, dispatches, rows, lanes } in timings {
         let (ms, a_dispatch) = (took.as_secs_f64() * 1e3, *rows as f64 / *dispatches as f64);

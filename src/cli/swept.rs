@@ -1,4 +1,4 @@
-//! The folder of a finished sweep, and the study it came from, for commands that look at single poses again.
+//! The folder of a finished sweep and its study, for commands that look at single poses again.
 
 use std::path::{Path, PathBuf};
 
@@ -13,8 +13,7 @@ use super::packages::PackageArgs;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Study")]
 pub(super) struct SweptArgs {
-    /// Folder that `perirobot sweep` or `perirobot choose` has written; its study must be where it was, and as
-    /// it was
+    /// Folder written by `perirobot sweep` or `perirobot choose`; its study must be unchanged and in the same place
     #[arg(value_name = "DIR", help_heading = None::<&'static str>)]
     folder: PathBuf,
     /// The study file, if it was moved
@@ -30,12 +29,12 @@ impl SweptArgs {
         &self.folder
     }
 
-    /// The arguments by which a command that takes the study reads the same files.
+    /// The arguments with which a command on the study reads the same files.
     pub(super) fn words(&self) -> Vec<String> {
         self.packages.words()
     }
 
-    /// The arguments by which a command that takes the folder reads the same files.
+    /// The arguments with which a command on the folder reads the same files.
     pub(super) fn folder_words(&self) -> Vec<String> {
         let study = self.study.iter().flat_map(|file| ["--study".into(), file.display().to_string()]);
         study.chain(self.words()).collect()
@@ -43,21 +42,21 @@ impl SweptArgs {
 
     /// Reads the study again, and makes its scenes ready.
     pub(super) fn load(&self) -> Result<(Study, Vec<World>)> {
-        let place = StudyPlace { named: self.study.as_deref(), cure: ", or say --study FILE" };
+        let place = StudyPlace { named: self.study.as_deref(), cure: ", or name the study: --study FILE" };
         let (study, worlds) = study_of(&self.folder, place, &self.packages)?;
         as_swept(&self.folder, study, worlds)
     }
 }
 
-/// Where a study is that a folder came from.
+/// Where to find the study of a folder.
 pub(super) struct StudyPlace<'a> {
-    /// The place that the user names, if the study was moved.
+    /// The path given by the user, if the study was moved.
     pub(super) named: Option<&'a Path>,
-    /// How the user could name one.
+    /// How the user can name another path.
     pub(super) cure: &'a str,
 }
 
-/// The study that a folder came from, and its scenes, made ready.
+/// The study of a folder, and its scenes, prepared.
 pub(super) fn study_of(
     folder: &Path,
     place: StudyPlace,
@@ -66,7 +65,7 @@ pub(super) fn study_of(
     load(reopen::origin(folder)?, place, packages)
 }
 
-/// The study in a file, unless another one is named, and its scenes, made ready.
+/// The study in a file, unless another one is named, and its scenes, prepared.
 pub(super) fn load(
     (file, overrides): (PathBuf, Overrides),
     place: StudyPlace,
@@ -75,7 +74,8 @@ pub(super) fn load(
     let file = place.named.map_or(file, Path::to_path_buf);
     if !file.exists() {
         let cure = place.cure;
-        let what = format!("the study of this sweep is not there: go to the folder where it was swept{cure}");
+        let what =
+            format!("the study of this sweep is missing: run the command in the folder of the sweep{cure}");
         return Err(Error::input(file, what));
     }
     let mut study = Study::read(&file, &overrides, packages.sources(&file))?;

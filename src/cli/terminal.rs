@@ -1,4 +1,5 @@
-//! All text for standard output and standard error passes here, since it may quote a stranger's file.
+//! All text for standard output and standard error passes through here and is escaped, since it may quote an untrusted
+//! file.
 
 use std::borrow::Cow;
 use std::io::{ErrorKind, Write, stderr, stdout};
@@ -6,7 +7,7 @@ use std::io::{ErrorKind, Write, stderr, stdout};
 use perirobot_march::{Error, Result};
 use perirobot_scene::shell;
 
-/// Writes to standard output; it is no error if the reader has gone (`| head`).
+/// Writes to standard output; a closed reader (`| head`) is not an error.
 pub(super) fn print(text: &str) -> Result<()> {
     match stdout().write_all(harmless(text).as_bytes()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
@@ -16,7 +17,7 @@ pub(super) fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Writes the command that comes next, as the last line.
+/// Writes the next command, as the last line.
 pub(super) fn print_next(words: &[impl AsRef<str>]) -> Result<()> {
     print(&format!("next: {}\n", shell::command(words)))
 }
@@ -26,17 +27,17 @@ pub(super) fn say(line: &str) {
     let _ = stderr().write_all(format!("{}\n", harmless(line)).as_bytes());
 }
 
-/// Text in which everything that would control a terminal is escaped: control characters except line feeds
-/// and tabs, and characters that change the direction of writing.
+/// Escapes everything that controls a terminal: control characters except line feeds and tabs, and characters that
+/// change the direction of writing.
 pub(super) fn harmless(text: &str) -> Cow<'_, str> {
-    if !text.contains(is_obeyed) {
+    if !text.contains(controls_terminal) {
         return text.into();
     }
-    let spelt = |c: char| if is_obeyed(c) { c.escape_unicode().to_string() } else { c.into() };
-    text.chars().map(spelt).collect()
+    let escape = |c: char| if controls_terminal(c) { c.escape_unicode().to_string() } else { c.into() };
+    text.chars().map(escape).collect()
 }
 
-fn is_obeyed(c: char) -> bool {
+fn controls_terminal(c: char) -> bool {
     let turns =
         matches!(c, '\u{61c}' | '\u{200e}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || (c.is_control() && !matches!(c, '\n' | '\t'))
@@ -47,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_terminals_obey_is_spelt_out() {
+    fn control_characters_are_escaped() {
         for (text, expected) in [
             ("wände\n\tF1 – 0.5 · 机器人", "wände\n\tF1 – 0.5 · 机器人"),
             ("\u{1b}[2J", "\\u{1b}[2J"),

@@ -1,4 +1,4 @@
-//! `perirobot verify-backends`: proves that every backend gives the oracle's integers.
+//! `perirobot verify-backends`: proves that every backend returns the oracle's integers.
 
 use std::process::ExitCode;
 
@@ -14,20 +14,20 @@ use super::study::StudyArgs;
 
 /// Prove that every backend gives the same integers
 ///
-/// Counts, bit planes over the whole grid and the end of every ray are compared with the oracle, the plain
-/// reference; counts in the batches that a sweep makes. Exits 1 on any difference and names the first: scene,
-/// pose, ray, voxel. Times below half a second are not compared: `perirobot bench` measures speed.
+/// Compares counts, bit planes over the whole grid and the end of every ray with the oracle, the plain reference;
+/// counts in the batches of a sweep. Exits 1 on any difference and names the first: scene, pose, ray, voxel. Times
+/// below half a second are not compared: `perirobot bench` measures speed.
 #[derive(clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]
     study: StudyArgs,
-    /// Poses of each scene and sensor, and choices of each combination, spread evenly
+    /// Poses of each scene and sensor, and choices of each combination, evenly spaced
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     poses: u32,
-    /// Shift the chosen poses by this many places in study order, to take others
+    /// Shift the selected poses by this many places in study order
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with_all = ["pose", "all"])]
     turn: u32,
-    /// Compare only counts, as a sweep makes them; neither planes nor rays
+    /// Compare only counts, in the batches of a sweep; neither planes nor rays
     #[arg(long)]
     counts: bool,
     /// One pose by its name, as in poses.csv
@@ -53,9 +53,8 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let no_pose = study.sensors.iter().all(|sensor| select(&selection, sensor).is_empty());
     if no_pose && study.combinations.iter().all(|c| select_choices(&selection, &study, c).is_empty()) {
         let name = args.pose.as_deref().unwrap_or_default();
-        let what = format!(
-            "--pose {name}: no sensor has a pose of that name (poses.csv and results.csv of a sweep list them)"
-        );
+        let what =
+            format!("--pose {name}: unknown pose name (poses.csv and results.csv of a sweep list them)");
         return Err(Issue::says(what).into());
     }
     let mut backends = args.backend.open_all()?;
@@ -93,7 +92,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
 }
 
-/// The oracle's time is too short below this to be compared.
+/// Below this time, the oracle is too fast for a comparison.
 const COMPARED_S: f64 = 0.5;
 
 fn table(lines: &[ComparedLine]) -> String {

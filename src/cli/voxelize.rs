@@ -1,4 +1,4 @@
-//! `perirobot voxelize`: writes a scene as an OctoMap, and tells what became of each object.
+//! `perirobot voxelize`: writes a scene as an OctoMap, and lists its objects.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,7 +26,7 @@ pub(super) struct Args {
     /// Edge of a voxel in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.05)]
     voxel_size: f64,
-    /// Which snapshot of a moving scene, counted from 0
+    /// The snapshot of a moving scene, counted from 0
     #[arg(long, value_name = "N", default_value_t = 0)]
     snapshot: usize,
     #[command(flatten)]
@@ -65,7 +65,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if keys.into_iter().any(|key| !octomap::KEYS.contains(&key)) {
         let farthest = octomap::KEYS.end as f64 * args.voxel_size;
         let what = format!(
-            "reaches more than {farthest:.0} m from the origin, where an OctoMap ends: move it nearer"
+            "reaches more than {farthest:.0} m from the origin, the limit of an OctoMap: move it closer"
         );
         return Err(in_scene(Issue::says(what).into()));
     }

@@ -1,4 +1,4 @@
-//! `perirobot why`: the reasons for voxels that single poses miss.
+//! `perirobot why`: why single poses miss voxels.
 
 use std::process::ExitCode;
 
@@ -21,33 +21,33 @@ use super::score::ScoreArg;
 use super::stop::{StopAt, stop_code};
 use super::swept::SweptArgs;
 
-/// Say why voxels stay unknown, and which object is to blame
+/// Explain why voxels stay unknown, and which object is to blame
 ///
-/// Looks again, voxel by voxel, at the best poses of a finished sweep and writes reasons.csv into its folder:
-/// how many of the unknown voxels of each region have which reason, and which object is to blame. With --pose
-/// it looks at one choice of poses, prints what that misses and what would help, and leaves the file alone.
+/// Examines the best poses of a finished sweep again, voxel by voxel, and writes reasons.csv into its folder: the
+/// number of unknown voxels of each region by reason, and the object to blame. With --pose it examines one choice of
+/// poses, prints what it misses and what would help, and leaves the file alone.
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 #[command(mut_arg("scene", |arg| arg.requires("pose")), mut_arg("snapshot", |arg| arg.requires("pose")))]
 pub(super) struct Args {
     #[command(flatten)]
     swept: SweptArgs,
-    /// Only these poses, as in the column `poses` of results.csv; of a sensor scored alone, the pose's own
-    /// name will do
+    /// Only these poses, as in the column `poses` of results.csv; for a sensor scored alone, the pose's name alone
+    /// suffices
     #[arg(long, value_name = "POSES")]
     pose: Option<String>,
     #[command(flatten)]
     rest: RestArgs,
-    /// How many of the best, of each combination and representation in each region
+    /// The number of best poses, of each combination and representation in each region
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["pose", "all"])]
     best: u32,
-    /// By which score they are the best [default: f1 and human_seen]
+    /// The score that ranks them [default: f1 and human_seen]
     #[arg(long, value_enum, conflicts_with_all = ["pose", "all"])]
     score: Option<ScoreArg>,
     /// All poses; takes some hundredths of a second for each pose, scene, snapshot, repeat and representation
     #[arg(long, conflicts_with = "pose")]
     all: bool,
-    /// How the table of reasons is written
+    /// Format of the table of reasons
     #[arg(long, value_enum, default_value = "csv", conflicts_with = "pose")]
     table: ReasonTable,
     #[command(flatten)]
@@ -80,7 +80,7 @@ monitored (the paper's: monitored, but occluded):
   out_of_range   it is too far away
   silent       * a switch that is off, and certifies nothing
   between_rays   no ray crosses it: too sparse
-  hidden       * an object stands before it
+  hidden       * an object is in front of it
   blind        * an object is too near to the lens
   no_return    * nothing behind it returned, which certifies nothing
   misread      * noise read the return elsewhere
@@ -90,7 +90,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     args.backend.start_threads()?;
     let (results, warnings) = Results::read(args.swept.folder())?;
     warnings.iter().for_each(|warning| say!("warning: {warning}"));
-    // Checked first, so that nothing is computed in vain.
+    // Opened first, so that a wrong path fails before the computation.
     let format = match args.table {
         ReasonTable::Csv => TableFormat::Csv,
         #[cfg(feature = "parquet")]
@@ -115,7 +115,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let Some(file) = file
         && let Some(why) = write(args, file, &study, &worlds, &chosen, &mut viewer)?
     {
-        say!("{why}: no table is written; the same command begins it again");
+        say!("{why}: no table was written; the same command starts over");
         return Ok(stop_code());
     }
     for region in 0..study.regions.len() {
@@ -128,7 +128,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let [first, _, ..] = worlds.as_slice() {
         let (title, all) = (first.title(&study), worlds.len());
         super::print(&format!(
-            "\nIn words only {title} of {all} scenes and snapshots is told; others by --pose, --scene and --snapshot.\n"
+            "\nOnly {title} of {all} scenes and snapshots is explained here; see others with --pose, --scene and --snapshot.\n"
         ))?;
     }
     Ok(ExitCode::SUCCESS)
@@ -138,21 +138,20 @@ fn describe(view: &View, regions: impl IntoIterator<Item = usize>) -> String {
     reasons::render(view, &view.why_in_regions(), regions)
 }
 
-/// All choices: combination, choice and representation.
+/// All choices, as combination, choice and representation.
 fn every(study: &Study) -> Vec<[usize; 3]> {
-    let of = |(number, combination): (usize, &perirobot_study::input::Combination)| {
+    let choices = |(number, combination): (usize, &perirobot_study::input::Combination)| {
         let representations = combination.representation_count(&study.sensors);
         (0..combination.choices())
             .flat_map(move |choice| (0..representations).map(move |way| [number, choice, way]))
     };
-    study.combinations.iter().enumerate().flat_map(of).collect()
+    study.combinations.iter().enumerate().flat_map(choices).collect()
 }
 
-/// How many views are made together, so that all cores have work.
+/// Views computed together, so that all cores are busy.
 const AT_ONCE: usize = 64;
 
-/// Writes the table of some choices in all scenes, snapshots and repeats. Returns the reason if it was
-/// stopped before the end.
+/// Writes the table of the given choices in all scenes, snapshots and repeats. Returns the reason if it was stopped.
 fn write<'a>(
     args: &Args,
     mut file: ReasonsFile,
@@ -170,13 +169,13 @@ fn write<'a>(
                 if let why @ Some(_) = stop.reason() {
                     return Ok(why);
                 }
-                let of = |&[combination, choice, representation]: &[usize; 3]| Choice {
+                let to_choice = |&[combination, choice, representation]: &[usize; 3]| Choice {
                     combination,
                     choice,
                     representation,
                     repeat,
                 };
-                let views = viewer.view_regions(world, &some.iter().map(of).collect::<Vec<_>>())?;
+                let views = viewer.view_regions(world, &some.iter().map(to_choice).collect::<Vec<_>>())?;
                 let missed: Vec<_> = views.par_iter().map(View::why_in_regions).collect();
                 for (view, missed) in views.iter().zip(&missed) {
                     file.add(view, missed)?;

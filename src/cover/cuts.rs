@@ -140,7 +140,7 @@ fn verify_exclusion(asked: &CutLimits, proof: &CutProof) -> Result<(), Issue> {
         let mut shares = Vec::new();
         for (name, &share) in &cut.shares {
             let item =
-                (asked.named)(name).ok_or_else(|| place(format!("{name:?} is no pose of the study")))?;
+                (asked.named)(name).ok_or_else(|| place(format!("{name:?} is not a pose of the study")))?;
             shares.push((item, share.min(WHOLE)));
         }
         let times = i128::from(cut.times.min(MOST_TIMES));

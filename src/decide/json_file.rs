@@ -1,5 +1,5 @@
-//! A file of JSON that a command writes beside its tables, and that other commands read instead of them. It begins with
-//! the number of its format.
+//! A JSON file next to a command's tables, for other commands to read instead of them. It begins with its format
+//! number.
 
 use std::path::Path;
 
@@ -11,27 +11,27 @@ use perirobot_march::Result;
 use perirobot_march::error::Issue;
 use perirobot_sweep::results::files::{json_issue, read_regular, write_whole};
 
-/// A kind of such files.
+/// A kind of JSON file.
 pub(crate) struct JsonFile {
     /// The name in a folder.
     pub name: &'static str,
     /// The format that is written and read.
     pub format: u32,
-    /// The table that is written beside it; an older program wrote the table alone.
+    /// The table next to it; an older program wrote only the table.
     pub table: &'static str,
-    /// How both are written again.
+    /// The command that writes both again.
     pub again: &'static str,
 }
 
-/// Where two values differ.
+/// The first difference of two values.
 pub(crate) struct Difference {
-    /// The keys that lead there, as in `steps[0].best.score`.
+    /// Its path, as in `steps[0].best.score`.
     pub(crate) place: String,
     pub(crate) own: Value,
     pub(crate) other: Value,
 }
 
-/// The first place at which two values differ; places begin with `place`.
+/// The first difference of two values; paths begin with `place`.
 pub(crate) fn first_difference(place: String, own: &Value, other: &Value) -> Option<Difference> {
     match (own, other) {
         (Value::Array(a), Value::Array(b)) if a.len() == b.len() => {
@@ -50,17 +50,17 @@ pub(crate) fn first_difference(place: String, own: &Value, other: &Value) -> Opt
     }
 }
 
-/// What is read of a file before all else.
+/// The head of a file, read first.
 #[derive(Deserialize)]
 struct Head {
     format: u32,
 }
 
 impl JsonFile {
-    /// Writes the file whole or not at all.
+    /// Writes the file atomically.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If it cannot be written.
     pub(crate) fn write(&self, folder: &Path, content: &impl Serialize) -> Result<()> {
         let mut json = serde_json::to_vec_pretty(content).expect("names and numbers make JSON");
         json.push(b'\n');
@@ -71,19 +71,19 @@ impl JsonFile {
     ///
     /// # Errors
     /// `Error::Input` that names the file and the command that writes it again: if the file is damaged or in another
-    /// format, or if the folder has the table of an older program alone.
+    /// format, or if the folder has only the table of an older program.
     pub(crate) fn read<T: DeserializeOwned>(&self, folder: &Path) -> Result<Option<T>> {
         let (path, table) = (folder.join(self.name), folder.join(self.table));
         let again = self.again;
         if !path.exists() {
-            let what = format!("was written by an older perirobot, which wrote no {}", self.name);
+            let what = format!("was written by an older perirobot without {}", self.name);
             let old = Issue::unsupported(what).with_advice(again).with_place(&table);
             return if table.exists() { Err(old.into()) } else { Ok(None) };
         }
         let bytes = read_regular(&path)?;
         let Head { format } = self.parse(&bytes, &path)?;
         if format != self.format {
-            let what = format!("has format {format}, and this perirobot reads format {}", self.format);
+            let what = format!("has format {format}, but this perirobot reads format {}", self.format);
             return Err(Issue::unsupported(what).with_advice(again).with_place(&path).into());
         }
         self.parse(&bytes, &path).map(Some)
@@ -120,13 +120,13 @@ mod tests {
         };
         assert_eq!(read().unwrap(), None);
         fs::write(&table, "number\n").unwrap();
-        refused("list.csv: was written by an older perirobot, which wrote no list.json");
+        refused("list.csv: was written by an older perirobot without list.json");
         let list = SampleList { format: 3, numbers: vec![0.1 + 0.2, 1e300, -0.0, 5e-324] };
         FILE.write(folder.path(), &list).unwrap();
         assert_eq!(read().unwrap().unwrap(), list);
-        // Those of a newer program may hold what is unknown here.
+        // Files of a newer program may have unknown contents.
         fs::write(&path, "{\"format\": 4, \"lists\": []}").unwrap();
-        refused("list.json: has format 4, and this perirobot reads format 3");
+        refused("list.json: has format 4, but this perirobot reads format 3");
         for (text, words) in [
             ("", "list.json: is cut off"),
             ("{\"format\": 3, \"numbers\": [1", "list.json: is cut off"),

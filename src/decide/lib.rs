@@ -1,5 +1,5 @@
 #![doc = include_str!("README.md")]
-// The pages of rooms are read by developers, who build them with private items.
+// Module pages are for developers, who build them with private items.
 #![allow(rustdoc::private_intra_doc_links)]
 
 pub mod approach;

@@ -1,4 +1,4 @@
-//! What a command looks at closely: one choice of poses in one scene, as planned or altered.
+//! The subject of a command: one choice of poses in one scene, as planned or altered.
 
 use crate::approach::{Ground, Way, nearest_ways};
 use crate::judge::{Alteration, alter};
@@ -12,7 +12,7 @@ use perirobot_study::world::World;
 pub struct Look<'a> {
     planned: (&'a Study, &'a [World], Choice),
     alteration: Alteration,
-    /// The study in which the choice is altered.
+    /// The study of the altered choice.
     pub study: Study,
     worlds: Vec<World>,
     world: usize,
@@ -21,10 +21,10 @@ pub struct Look<'a> {
 }
 
 impl<'a> Look<'a> {
-    /// Finds a choice of poses in a study ([`crate::view::with_set`] adds sets that it does not list), and alters it.
+    /// Finds a choice of poses in a study ([`crate::view::with_set`] adds unlisted sets), and alters it.
     ///
     /// # Errors
-    /// For a name that is unknown, and those of [`alter`].
+    /// An unknown name, and those of [`alter`].
     pub fn new(
         study: &'a Study,
         worlds: &'a [World],
@@ -38,20 +38,20 @@ impl<'a> Look<'a> {
         Ok(Look { planned, alteration, study, worlds, world, choice })
     }
 
-    /// The worlds, those of the study's that were given.
+    /// The given worlds of the study.
     pub fn worlds(&self) -> &[World] {
         &self.worlds
     }
 
-    /// The scene at its moment.
+    /// The scene at the chosen moment.
     pub fn world(&self) -> &World {
         &self.worlds[self.world]
     }
 
-    /// By which ways the bodies of the study's approach come nearest unnoticed, in the scene.
+    /// The ways by which the bodies of the study's approach come nearest unnoticed, in the scene.
     ///
     /// # Errors
-    /// When something cannot be asked of the scene.
+    /// If they cannot be computed for the scene.
     pub fn ways(&self) -> Result<Vec<Way>> {
         let altered = (&self.study, self.worlds(), self.choice);
         let (study, worlds, choice) = self.alteration.where_bodies_come_in(self.planned, altered);
@@ -59,7 +59,7 @@ impl<'a> Look<'a> {
         nearest_ways(&ground, self.scene_worlds(&self.worlds), &Watchers::new(&self.study, self.choice))
     }
 
-    /// The worlds of the scene, among others.
+    /// The worlds of the scene.
     fn scene_worlds<'w>(&self, worlds: &'w [World]) -> &'w [World] {
         let scene = self.world().scene;
         worlds.chunk_by(|one, next| one.scene == next.scene).find(|all| all[0].scene == scene).unwrap_or(&[])

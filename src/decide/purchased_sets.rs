@@ -1,4 +1,4 @@
-//! The sets of `cheapest.json` by their poses, for modules below the search for them.
+//! The poses of the sets in `cheapest.json`, for modules below the search.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub const CHEAPEST: &str = "cheapest.csv";
 pub(crate) const FILE: JsonFile =
     JsonFile { name: "cheapest.json", format: 1, table: CHEAPEST, again: "run `perirobot choose` again" };
 
-/// What is read of the file.
+/// The parts of the file that are read.
 #[derive(Deserialize)]
 struct Answer {
     points: Vec<Point>,
@@ -39,15 +39,15 @@ struct Member {
 }
 
 impl Purchased {
-    /// As in the column `poses` of results.csv.
+    /// The set as in the column `poses` of results.csv.
     fn poses(&self) -> String {
         let each = self.sensors.iter().map(|Member { sensor, pose }| format!("{sensor}:{pose}"));
         each.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
     }
 }
 
-/// Whether the results in a folder are those of the sets of a search for the cheapest one: a sweep may have taken their
-/// place.
+/// Whether the results in a folder belong to the sets of a search for the cheapest one: a later sweep may have replaced
+/// them.
 ///
 /// # Errors
 /// Those of a file that is damaged or of another version.

@@ -1,6 +1,6 @@
-//! The letters of a set's sensors, the same in the planner and in everything that a report shows.
+//! The letters of a set's sensors, equal in the planner and in all parts of a report.
 
-/// The letter of the sensor of this number in its set, counted from 0: A to Z, then AA and so on.
+/// The letter of a sensor by its index in its set, counted from 0: A to Z, then AA and so on.
 pub fn letter(number: usize) -> String {
     let own = char::from(b'A' + (number % 26) as u8);
     match number / 26 {

@@ -211,7 +211,7 @@ fn the_screen_tells_what_the_map_makes_of_each_object() {
     let folder = exported();
     let outcome = score(&folder, "files/labels.bt", &[]);
     for expected in
-        ["an OctoMap of ", "scene cell", "region human: what the map makes of it", "operator", "free space"]
+        ["an OctoMap of ", "scene cell", "region human: labels of the map", "operator", "free space"]
     {
         assert!(outcome.stdout.contains(expected), "{expected}:\n{}", outcome.stdout);
     }
@@ -236,7 +236,7 @@ fn the_screen_tells_what_the_map_makes_of_each_object() {
             all.flat_map(|line| line.split_whitespace().skip(1)).map(|n| n.parse::<u64>().unwrap()).sum();
         assert_eq!(told, missed, "{lines:#?}");
         let hidden = lines.iter().any(|line| line.starts_with("  hidden by "));
-        let unknown = lines.iter().any(|line| line.contains("where the sensor was is not known"));
+        let unknown = lines.iter().any(|line| line.contains("the sensor's position is unknown"));
         assert_eq!((hidden, unknown), (is_known, !is_known), "{lines:#?}");
     }
 }

@@ -18,7 +18,7 @@ fn verify(folder: &Folder, out: &str) -> Outcome {
 fn holds(folder: &Folder, out: &str) -> String {
     let outcome = verify(folder, out);
     assert_eq!(outcome.code, Some(0), "{}{}", outcome.stdout, outcome.stderr);
-    assert!(outcome.stdout.contains("all of it holds"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("all claims hold"), "{}", outcome.stdout);
     outcome.stdout
 }
 

@@ -148,14 +148,14 @@ fn every_set_is_a_row_that_the_other_commands_take() {
     let study = folder.path(STUDY);
     let swept = perirobot(&["sweep", text(&study), "--out", text(&out)]);
     assert_eq!(swept.code, Some(2));
-    assert!(swept.stderr.contains("holds a sweep of something else: "), "{}", swept.stderr);
+    assert!(swept.stderr.contains("contains another sweep: "), "{}", swept.stderr);
     assert_eq!(folder.sweep(&["--restart"]).code, Some(0));
     fs::remove_file(out.join("choose.json")).unwrap();
     let journal = fs::read(out.join("counts.journal")).unwrap();
     let refused = choose(&folder, "out", &[]);
     assert_eq!(refused.code, Some(2));
     assert!(
-        refused.stderr.contains("holds a sweep, which would be lost: name another"),
+        refused.stderr.contains("contains a sweep, which would be lost: name another"),
         "{}",
         refused.stderr
     );
@@ -166,7 +166,11 @@ fn every_set_is_a_row_that_the_other_commands_take() {
     folder.edit(STUDY, "seed = 8", "seed = 9");
     let changed = perirobot(&["why", text(&folder.path("other"))]);
     assert_eq!(changed.code, Some(2));
-    assert!(changed.stderr.contains("is not what was swept: study.seed was 8, is 9"), "{}", changed.stderr);
+    assert!(
+        changed.stderr.contains("has changed since the sweep: study.seed was 8, is 9"),
+        "{}",
+        changed.stderr
+    );
 }
 
 #[test]
@@ -231,7 +235,11 @@ fn a_proof_holds_until_it_is_altered() {
     fs::rename(&study, &moved).unwrap();
     let gone = perirobot(&["choose", "--verify", text(&out)]);
     assert_eq!(gone.code, Some(2), "{}", gone.stderr);
-    assert!(gone.stderr.contains("or name it: perirobot choose STUDY --verify DIR"), "{}", gone.stderr);
+    assert!(
+        gone.stderr.contains("or name the study: perirobot choose STUDY --verify DIR"),
+        "{}",
+        gone.stderr
+    );
     let named = perirobot(&["choose", text(&moved), "--verify", text(&out)]);
     assert_eq!(named.code, Some(0), "{}", named.stderr);
     fs::rename(&moved, &study).unwrap();
@@ -251,12 +259,12 @@ fn a_proof_holds_until_it_is_altered() {
     let one = |place: &'static str, value: serde_json::Value| {
         move |proof: &mut serde_json::Value| *proof.pointer_mut(place).expect(place) = value.clone()
     };
-    verified(&folder, one("/steps/1/gain", 0.5.into()), &["steps[1].gain: is 0.5, and the scores say"]);
+    verified(&folder, one("/steps/1/gain", 0.5.into()), &["steps[1].gain: is 0.5, but the scores give"]);
     let worth = one("/steps/1/best/sensors/0/score_without", 0.1.into());
     verified(
         &folder,
         worth,
-        &["steps[1].best.sensors: score_without of camera:", "is 0.1, and counted again"],
+        &["steps[1].best.sensors: score_without of camera:", "is 0.1, but counted again"],
     );
     let place = one("/steps/1/best/sensors/0/place", "in the middle".into());
     verified(&folder, place, &["steps[1].best.sensors: cost and place of camera are not"]);
@@ -283,14 +291,14 @@ fn a_proof_holds_until_it_is_altered() {
         one("/steps/1/best/cost", serde_json::Value::Null),
         &["steps[1].best: costs 500, not what"],
     );
-    verified(&folder, one("/semantics_version", 99.into()), &["semantics_version: is not that of the study"]);
-    verified(&folder, one("/certified", "everything".into()), &["certified: is not that of the study"]);
-    verified(&folder, one("/candidates", 1.into()), &["candidates: is not that of the study"]);
+    verified(&folder, one("/semantics_version", 99.into()), &["semantics_version: differs from the study"]);
+    verified(&folder, one("/certified", "everything".into()), &["certified: differs from the study"]);
+    verified(&folder, one("/candidates", 1.into()), &["candidates: differs from the study"]);
     for file in ["front.csv", "sets.csv"] {
         let path = out.join(file);
         let written = fs::read_to_string(&path).unwrap();
         fs::write(&path, written.replacen("0.", "0.9", 1)).unwrap();
-        verified(&folder, |_| {}, &[&format!("{file}: row 1: column "), ", and made again it is"]);
+        verified(&folder, |_| {}, &[&format!("{file}: row 1: column "), ", but made again it is"]);
         fs::write(&path, written).unwrap();
     }
     verified(&folder, |_| {}, &[]);
@@ -323,7 +331,7 @@ fn a_proof_holds_until_it_is_altered() {
     verified(
         &folder,
         |proof| proof["steps"][1]["best"]["score"] = 0.9.into(),
-        &["steps[1].best.score: f1 is 0.9, and counted again it is"],
+        &["steps[1].best.score: f1 is 0.9, but counted again it is"],
     );
     verified(
         &folder,
@@ -333,7 +341,7 @@ fn a_proof_holds_until_it_is_altered() {
     verified(
         &folder,
         |proof| proof["steps"][1]["best"]["cost"] = 1.into(),
-        &["steps[1].best: costs 500, not what is said"],
+        &["steps[1].best: costs 500, not the stated amount"],
     );
     verified(
         &folder,
@@ -342,7 +350,7 @@ fn a_proof_holds_until_it_is_altered() {
     );
     let name =
         |proof: &mut serde_json::Value| proof["steps"][0]["best"]["poses"][0] = "camera:nowhere/1".into();
-    verified(&folder, name, &["steps[0].best: \"camera:nowhere/1\" is no pose of the study"]);
+    verified(&folder, name, &["steps[0].best: \"camera:nowhere/1\" is not a pose of the study"]);
     let twice = |proof: &mut serde_json::Value| {
         let first = proof["steps"][1]["best"]["poses"][0].clone();
         proof["steps"][1]["best"]["poses"][1] = first;
@@ -351,7 +359,7 @@ fn a_proof_holds_until_it_is_altered() {
     verified(
         &folder,
         |proof| proof["steps"][1]["at_most"] = 1.into(),
-        &["has 2 sensors, and at most 1 are allowed"],
+        &["has 2 sensors, but at most 1 are allowed"],
     );
     let cut = |proof: &mut serde_json::Value| {
         last(proof);
@@ -405,7 +413,7 @@ fn the_tables_of_a_proof_hold_until_they_are_altered() {
         ("sets.csv", "f1_without"),
         ("front.csv", "poses"),
     ] {
-        refused(file, &field, &format!("row 2: column {column} is \"0.123\", and made again it is"));
+        refused(file, &field, &format!("row 2: column {column} is \"0.123\", but made again it is"));
         refused(file, &cut, "row 2: is missing: the file ends before it");
         refused(file, &|_| None, "is not there");
     }
@@ -431,7 +439,7 @@ fn the_proof_of_a_mean_holds_until_it_is_altered() {
     let fraction = |proof: &mut serde_json::Value| {
         proof["steps"][0]["best"]["exactly"] = serde_json::json!(["1", "1"]);
     };
-    verified(&folder, fraction, &["steps[0].best.exactly: a mean of scores is no fraction"]);
+    verified(&folder, fraction, &["steps[0].best.exactly: a mean of scores is not a fraction"]);
 }
 
 /// With requirements, too, no step of cost may be missing; and a search that was stopped says that some may be.
@@ -543,16 +551,12 @@ fn what_cannot_be_chosen_is_refused() {
     not_chosen(
         &[added, empty],
         &[],
-        "choose.objective = \"f1\": region \"empty\" is without an occupied voxel in any scene",
+        "choose.objective = \"f1\": region \"empty\" has no occupied voxel in any scene",
     );
     let seen = with("objective = \"human_seen\"");
-    not_chosen(
-        &[added, empty, seen],
-        &[],
-        "= \"human_seen\": region \"empty\" is without a voxel of a person",
-    );
+    not_chosen(&[added, empty, seen], &[], "= \"human_seen\": region \"empty\" has no voxel of a person");
     let people = with("objective = \"people_detected\"");
-    not_chosen(&[added, empty, people], &[], "is without min_hits voxels of a part of a person");
+    not_chosen(&[added, empty, people], &[], "has no part of a person with min_hits voxels");
     let require = |entry: &str| format!("apart_m = 0.1\nrequire = [{entry}]");
     let apart = "apart_m = 0.1";
     let high = require("{ score = \"f1\", at_least = 0.99 }");

@@ -170,7 +170,7 @@ fn damaged_bytes_are_found_and_cast_again() {
         write_journal(&folder, &bytes);
         let (said, answer) = chosen(&folder, "out", &[]);
         assert!(
-            said.contains("evidence.journal: damaged in 1 places: what stood there is cast again"),
+            said.contains("evidence.journal: damaged in 1 places; the lost evidence is cast again"),
             "{at}: {said}"
         );
         assert_eq!(answer, expected, "byte {at}");
@@ -185,10 +185,13 @@ fn damaged_bytes_are_found_and_cast_again() {
         refused(&folder, &[], 2, expected);
         assert!(journal(&folder) == bytes, "it is left as it was");
     };
-    before(0, &["evidence.journal: is no evidence of perirobot", "name another folder, or move it away"]);
-    before(8, &["is evidence of format 6, this perirobot writes 2", "--restart"]);
+    before(
+        0,
+        &["evidence.journal: is not an evidence file of perirobot", "name another folder, or move it away"],
+    );
+    before(8, &["has evidence of format 6, but this perirobot writes 2", "--restart"]);
     for at in [12, 20, 40, 59, 60, records - 1] {
-        before(at, &["evidence.journal: has a damaged beginning", "--restart begins anew"]);
+        before(at, &["evidence.journal: has a damaged beginning", "--restart starts over"]);
     }
     assert_eq!(chosen(&folder, "out", &["--restart"]).1, expected);
     assert!(journal(&folder) == whole);
@@ -206,14 +209,14 @@ fn evidence_of_another_study_is_refused_until_it_may_be_lost() {
     ] {
         let (study, cast) = (fs::read_to_string(folder.path(STUDY)).unwrap(), journal(&folder));
         folder.edit(STUDY, from, to);
-        let cure = "or begin anew with --restart (what was cast is then lost)";
-        refused(&folder, &[], 2, &["evidence.journal: holds evidence of something else: ", expected, cure]);
+        let cure = "or start over with --restart (which discards its evidence)";
+        refused(&folder, &[], 2, &["evidence.journal: contains evidence of another study: ", expected, cure]);
         assert!(journal(&folder) == cast, "it is left as it was");
         let (_, found) = chosen(&folder, "out", &["--restart"]);
         fs::remove_dir_all(folder.path("fresh")).unwrap_or_default();
         assert_eq!(found, chosen(&folder, "fresh", &[]).1, "{to}");
         folder.write(STUDY, study);
-        refused(&folder, &[], 2, &["holds evidence of something else: "]);
+        refused(&folder, &[], 2, &["contains evidence of another study: "]);
         chosen(&folder, "out", &["--restart"]);
     }
     // Records of another study under a header of this one are damaged, not taken.
@@ -338,7 +341,7 @@ fn each_key_of_a_study_decides_evidence_or_does_not() {
         folder.edit(STUDY, from, to);
         let said = left().expect_err(key).to_string();
         assert!(
-            said.contains("holds evidence of something else: ") && said.contains(expected),
+            said.contains("contains evidence of another study: ") && said.contains(expected),
             "{key}: {said}"
         );
         folder.write(STUDY, &study);
@@ -412,7 +415,7 @@ fn a_folder_that_cannot_keep_it_is_refused() {
     write_journal(&folder, b"");
     let held = fs::File::open(folder.path("out").join(EVIDENCE)).unwrap();
     held.lock().unwrap();
-    refused(&folder, &[], 75, &["evidence.journal: another run is at work in this folder"]);
+    refused(&folder, &[], 75, &["evidence.journal: another run uses this folder"]);
     drop(held);
     chosen(&folder, "out", &[]);
     #[cfg(unix)]
@@ -451,8 +454,8 @@ fn a_damaged_proof_is_told_before_anything_is_cast_and_a_sound_one_trusts_no_fil
     let proof = fs::read_to_string(out.join("choose.json")).unwrap();
     for (damaged, expected) in [
         (proof.replacen('{', "[", 1), "choose.json: is not as it was written"),
-        (proof.replacen("\"budget\": null", "\"budget\": 3", 1), "the study asks for something else now"),
-        (proof.replacen("camera:", "camera:x", 1), "is no pose of the study"),
+        (proof.replacen("\"budget\": null", "\"budget\": 3", 1), "the study's question has changed"),
+        (proof.replacen("camera:", "camera:x", 1), "is not a pose of the study"),
     ] {
         assert_ne!(damaged, proof);
         fs::write(out.join("choose.json"), damaged).unwrap();
@@ -468,7 +471,7 @@ fn a_region_with_too_many_voxels_is_told_before_anything_is_cast() {
     let folder = folder();
     folder.edit(STUDY, "voxel_size_m = 0.1", "voxel_size_m = 0.0125");
     folder.edit(STUDY, "repeats = 2", "repeats = 5000");
-    refused(&folder, &[], 2, &["region \"box\": has 2", "at most 2147483648 can be told apart exactly"]);
+    refused(&folder, &[], 2, &["region \"box\": has 2", "at most 2147483648 are exact"]);
     assert!(!folder.names().contains(&"out".to_string()));
 }
 
@@ -602,7 +605,7 @@ fn evidence_that_does_not_fit_is_read_from_its_file() {
     let verify = |memory: &str| perirobot(&["choose", "--verify", text(&out), "--memory", memory]);
     let refused = verify("1MiB");
     let said =
-        "the evidence of 311 poses in 1 scenes, snapshots and repeats takes 3 MiB, and 1 MiB are allowed";
+        "the evidence of 311 poses in 1 scenes, snapshots and repeats takes 3 MiB, but 1 MiB are allowed";
     assert_eq!(refused.code, Some(2));
     assert!(
         refused.stderr.contains(said) && refused.stderr.contains("give --memory 3MiB"),

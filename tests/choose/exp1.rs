@@ -121,7 +121,7 @@ fn the_best_three_cameras_are_known() {
     let outcome = perirobot(&verify);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     assert!(
-        outcome.stdout.contains(" 3 steps proven again, all tables compared: all of it holds"),
+        outcome.stdout.contains(" 3 steps proven again, all tables compared: all claims hold"),
         "{}",
         outcome.stdout
     );

@@ -215,12 +215,12 @@ fn what_was_refined_holds_until_it_is_altered() {
     not_verified(
         &folder,
         |json| json["refined"][at]["poses"][0]["near"] = "nowhere/1".into(),
-        "is near no pose of the study",
+        "is not near a pose of the study",
     );
     not_verified(
         &folder,
         |json| json["refined"][at]["poses"][0]["quaternion_wxyz"] = vec![0; 4].into(),
-        "is near no pose of the study",
+        "is not near a pose of the study",
     );
     not_verified(
         &folder,

@@ -166,7 +166,7 @@ fn what_is_not_there_is_refused() {
     cases.iter().for_each(|(more, expected)| refused(more, expected));
     // A study that is no longer what was swept.
     folder.edit("study.toml", "fov_deg = [87, 58]", "fov_deg = [80, 58]");
-    refused(&["--pose", "wall/0/0"], &["study.toml is not what was swept", "sweep again"]);
+    refused(&["--pose", "wall/0/0"], &["study.toml has changed since the sweep", "sweep again"]);
     let gone = perirobot(&["export", text(Path::new("/nowhere")), "--pose", "wall/0/0"]);
     assert_eq!(gone.code, Some(2), "{}", gone.stderr);
 }

@@ -177,7 +177,8 @@ fn why_nothing_passes_is_told_first() {
     assert_eq!(choose(&folder, "nothing", &[]).code, Some(4));
     let outcome = perirobot(&["report", text(&folder.path("nothing"))]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    let words = "there is no set to show: no allowed set of the listed poses passes, nor does any come near; \"the robot's";
+    let words =
+        "no set to show: no allowed set of the listed poses passes, nor does any come near; \"the robot's";
     assert!(
         outcome.stderr.contains(words) && outcome.stderr.contains("list more places"),
         "{}",

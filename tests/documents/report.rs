@@ -292,7 +292,7 @@ fn folders_that_cannot_be_reported_are_refused() {
     };
     fails(
         &[text(&folder.path("nowhere"))],
-        "is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
+        "is not a folder: name one written by `perirobot sweep` or `perirobot choose`",
     );
     fails(&[text(&out), "--out", text(&out)], "is a folder: name a file");
     folder.edit("study.toml", "seed = 7", "seed = 8");
@@ -495,7 +495,7 @@ fn what_an_older_program_or_an_accident_has_left_is_told() {
         let path = out.join(name);
         let written = fs::read(&path).unwrap();
         fs::remove_file(&path).unwrap();
-        let older = format!("was written by an older perirobot, which wrote no {name}");
+        let older = format!("was written by an older perirobot without {name}");
         refused(&out, &[table, &older, again]);
         fs::write(&path, &written[..written.len() / 2]).unwrap();
         refused(&out, &[&format!("{name}: is cut off"), again]);
@@ -503,7 +503,7 @@ fn what_an_older_program_or_an_accident_has_left_is_told() {
         fs::write(&path, text.replacen("\"poses\"", "\"place\"", 1)).unwrap();
         refused(&out, &[&format!("{name}: is not as it was written: missing field `poses`"), again]);
         fs::write(&path, text.replacen("\"format\": 1", "\"format\": 2", 1)).unwrap();
-        refused(&out, &[&format!("{name}: has format 2, and this perirobot reads format 1"), again]);
+        refused(&out, &[&format!("{name}: has format 2, but this perirobot reads format 1"), again]);
         fs::write(&path, &written).unwrap();
         after(&folder, &[]);
     }

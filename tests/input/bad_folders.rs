@@ -67,7 +67,7 @@ fn a_journal_that_keeps_other_rows_than_its_shard_is_not_believed() {
     }
     for kept in [0..3, 3..33, 0..32] {
         begin(&folder, "out", |header| header.kept = kept.clone());
-        let rows = format!("keeps rows {kept:?} of each block as shard 0 of 1");
+        let rows = format!("has rows {kept:?} of each block as shard 0 of 1");
         unread(&folder, &["counts.journal", &rows, "11 choices of poses", "sweep again"]);
     }
     for (number, of) in [(5, 3), (1, 1), (0, 0)] {
@@ -78,7 +78,7 @@ fn a_journal_that_keeps_other_rows_than_its_shard_is_not_believed() {
     // The rows of the last of four billion shards are the last choice's; there cannot be so many.
     let last = Shard { number: u32::MAX - 1, of: u32::MAX };
     begin(&folder, "out", |header| (header.shard, header.kept) = (last, 30..33));
-    unread(&folder, &["keeps rows 30..33", "shard 4294967294 of 4294967295"]);
+    unread(&folder, &["has rows 30..33", "shard 4294967294 of 4294967295"]);
 }
 
 /// A journal that can be read again.
@@ -92,10 +92,10 @@ fn rows_that_are_promised_take_no_time() {
     let folder = swept(&[]);
     edit(&folder, |manifest| manifest["repeats"] = json!(30_000_000));
     begin(&folder, "out", |header| header.blocks = 30_000_000);
-    unread(&folder, &["is not finished, 990000000 rows are missing"]);
+    unread(&folder, &["is not finished: 990000000 rows are missing"]);
     edit(&folder, |manifest| manifest["repeats"] = json!(40_000_000));
     begin(&folder, "out", |header| header.blocks = 40_000_000);
-    unread(&folder, &["manifest.json: promises 1320000000 rows (repeats = 40000000)"]);
+    unread(&folder, &["manifest.json: has an impossible number of rows: 1320000000 (repeats = 40000000)"]);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn what_a_merge_lacks_is_told_in_part() {
     let folder = Folder::new();
     assert_eq!(folder.sweep(&["--shard", "10/11"]).code, Some(0));
     let absent: Vec<String> =
-        (0..10).map(|n| format!("\n  shard {n} of 11 is not there; to make it")).collect();
+        (0..10).map(|n| format!("\n  shard {n} of 11 is missing; to compute it")).collect();
     let absent: Vec<&str> = absent.iter().map(String::as_str).collect();
     refused(&folder, "merge", &absent);
     // Now the last one lacks its rows, too.
@@ -111,7 +111,7 @@ fn what_a_merge_lacks_is_told_in_part() {
     refused(&folder, "merge", &[&absent[..], &["\n  and 1 more\n"]].concat());
     fs::rename(folder.path("out/shard-10-of-11"), folder.path("out/shard-2-of-11")).unwrap();
     begin(&folder, "out/shard-2-of-11", |header| (header.shard.number, header.kept) = (2, 6..9));
-    let lacks = ["\n  shard 1 of 11 is not there", "\n  shard 2 of 11 lacks 3 of 3 rows", "\n  and 1 more\n"];
+    let lacks = ["\n  shard 1 of 11 is missing", "\n  shard 2 of 11 lacks 3 of 3 rows", "\n  and 1 more\n"];
     refused(&folder, "merge", &lacks);
 }
 
@@ -135,10 +135,10 @@ fn manifests_that_promise_nonsense_are_refused() {
         ),
         (&|m| m["combinations"][0]["poses"] = twice.clone(), &["\"camera\" has poses of \"camera\" twice"]),
         (&|m| m["combinations"][0]["poses"] = json!([[[2, 3], [0, 1]]]), &["has poses of \"camera\" twice"]),
-        (&|m| m["combinations"][0]["poses"] = json!([[[0, 9]]]), &["poses of \"camera\" that are not there"]),
+        (&|m| m["combinations"][0]["poses"] = json!([[[0, 9]]]), &["unknown poses of \"camera\""]),
         (
             &|m| m["combinations"][0]["poses"] = json!([[[0, 600_000_000], [0, 600_000_000]]]),
-            &["has 1200000003 poses in its combinations, at most 1000000000 can be"],
+            &["has 1200000003 poses in its combinations, but at most 1000000000 are possible"],
         ),
         (&|m| m["combinations"][0]["name"] = json!("\u{1b}[2J"), &["\"\\u{1b}[2J\" has control characters"]),
         (&|m| m["scenes"][0]["name"] = json!("a\nb"), &["the name \"a\\nb\" has control characters"]),

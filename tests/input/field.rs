@@ -347,7 +347,11 @@ fn scanners_without_a_level_field_are_refused() {
     }
     let folder = Folder::new();
     folder.edit("study.toml", "", "[[sensor]]\nname = \"second\"\nkind = \"lidar\"\nrings_deg = [0]\nbeams = 90\nrange_m = [0.1, 5]\nsame_poses_as = \"lidar\"\n");
-    refused(&folder, &["field"], &["several scanners: choose one by --sensor, of [\"lidar\", \"second\"]"]);
+    refused(
+        &folder,
+        &["field"],
+        &["several scanners: choose one by --sensor; expected one of [\"lidar\", \"second\"]"],
+    );
     refused(
         &folder,
         &["field", "--sensor", "second"],

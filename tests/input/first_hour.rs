@@ -76,7 +76,7 @@ fn init_overwrites_nothing() {
         fs::write(folder.path().join(name), "mine").unwrap();
         let outcome = perirobot(&["init", text(folder.path())]);
         assert_eq!(outcome.code, Some(2));
-        let what = format!("{name}: is there already and would be lost: name another folder");
+        let what = format!("{name}: exists and would be overwritten: name another folder");
         assert!(outcome.stderr.contains(&what), "{}", outcome.stderr);
         assert_eq!(program::names(folder.path()), [name], "nothing else was written");
         assert_eq!(fs::read_to_string(folder.path().join(name)).unwrap(), "mine");

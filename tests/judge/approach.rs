@@ -514,7 +514,7 @@ fn who_is_noticed_at_the_entry_has_no_way() {
     let outcome = perirobot(&["render", text(&study), "--pose", BOTH, "--approach", "--out", text(&out)]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     assert!(
-        outcome.stdout.contains("every body of [approach] is noticed wherever it comes in"),
+        outcome.stdout.contains("every body of [approach] is noticed at every entry"),
         "{}",
         outcome.stdout
     );

@@ -95,7 +95,7 @@ fn each_case_is_what_approach_says_of_it() {
     let out = folder.path("out");
     let unnamed = perirobot(&["judge", text(&out)]);
     assert_eq!(unnamed.code, Some(2));
-    assert!(unnamed.stderr.contains("say which with --pose"), "{}", unnamed.stderr);
+    assert!(unnamed.stderr.contains("choose one with --pose"), "{}", unnamed.stderr);
 
     let outcome = judge(&folder, BOTH, &["--combination", "both"]);
     assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);

@@ -376,7 +376,7 @@ fn what_is_required_of_a_controller_is_what_it_measures() {
         let dead = of("missed", "one_sensor_dead");
         assert_eq!((dead["value"].as_str(), dead["verdict"].as_str()), ("inf", "FAIL"), "{dead:?}");
         assert!(
-            outcome.stdout.contains("somebody is there of whom nothing is measured"),
+            outcome.stdout.contains("missed_m is infinite, since a person is present but not measured"),
             "{}",
             outcome.stdout
         );

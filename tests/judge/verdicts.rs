@@ -141,7 +141,7 @@ fn exit_codes_and_words_say_what_was_decided() {
     let picture = folder.path("worst.png");
     let of_study = perirobot(&["render", text(&moved), "--study", text(&moved), "--out", text(&picture)]);
     assert!(
-        of_study.code == Some(2) && of_study.stderr.contains("is for a folder of results"),
+        of_study.code == Some(2) && of_study.stderr.contains("needs a folder of results"),
         "{}",
         of_study.stderr
     );

@@ -177,13 +177,13 @@ fn wrong_input_is_refused() {
         );
     };
     refused(&["no/such"], "no/such: is not a folder");
-    refused(&[text(&folder.path("."))], "manifest.json: cannot be read, it is not there: name a folder");
-    refused(&[text(&out), "--study", "no/such.toml"], "no/such.toml: the study of this sweep is not there");
+    refused(&[text(&folder.path("."))], "manifest.json: does not exist: name a folder");
+    refused(&[text(&out), "--study", "no/such.toml"], "no/such.toml: the study of this sweep is missing");
     refused(&[text(&out), "--pose", "nowhere"], "--pose nowhere: no such choice of poses");
     refused(&[text(&out), "--best", "0"], "0 is not in 1..");
     refused(&[text(&out), "--scene", "cell"], "--pose <POSES>");
     refused(&[text(&out), "--all", "--best", "3"], "cannot be used with");
     folder.edit("cell.toml", "radius_m = 0.12", "radius_m = 0.2");
-    refused(&[text(&out)], "is not what was swept");
+    refused(&[text(&out)], "has changed since the sweep");
     assert!(!names(&out).contains(&"reasons.csv".into()));
 }

@@ -162,7 +162,7 @@ class Cheapest(unittest.TestCase):
     def test_what_cannot_be_asked_is_told(self):
         with tempfile.TemporaryDirectory() as folder:
             study = pr.Study.load(priced(folder, 0.5))
-            with self.assertRaisesRegex(ValueError, r"asks for the cheapest set that passes"):
+            with self.assertRaisesRegex(ValueError, r"requests the cheapest set that passes"):
                 study.choose(objective="cost")
             with self.assertRaisesRegex(ValueError, r"(?s)judge\.toml: .*at_mots"):
                 study.cheapest(at_mots=1)

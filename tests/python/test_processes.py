@@ -124,7 +124,7 @@ class Folders(unittest.TestCase):
                 self.assertEqual(other.verify("cpu", progress=False), best.verify("cpu", progress=False))
             one = study.choose(f"{out}/one", backend="cpu", progress=False, at_most=1)
             pr.Best.load(one.folder, study, at_most=1).verify("cpu", progress=False)
-            with self.assertRaisesRegex(ValueError, "the study asks for something else now"):
+            with self.assertRaisesRegex(ValueError, "the study's question has changed"):
                 pr.Best.load(one.folder, study).verify("cpu", progress=False)
             self.assertGreater(len(pr.Result.load(best.folder)), 0)
             in_memory = test_labels.Cells().study(1)

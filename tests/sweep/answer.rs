@@ -67,7 +67,7 @@ fn without_a_question_body_parts_are_compared() {
 fn a_requirement_is_the_question() {
     let require = "\n[[require]]\nname = \"known\"\nscore = \"kappa\"\nregion = \"robot\"\nat_least = 0.01\n";
     let (told, rows) = sweep(require);
-    assert!(told.contains("\nBest poses by kappa in region robot, as [[require]] asks; "), "{told}");
+    assert!(told.contains("\nBest poses by kappa in region robot, from [[require]]; "), "{told}");
     check(&told, &rows, ["kappa", "robot"]);
     let words = ["next: perirobot judge ", "--pose "];
     let last = told.lines().last().unwrap();

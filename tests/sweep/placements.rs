@@ -230,15 +230,11 @@ fn what_cannot_be_compared_is_refused() {
         (vec![&out], &["--best", "2", "--representation", "third"], "there are points"),
         (vec![&out], &[&two[..], &["--score", "f1"]].concat(), "cannot be used with"),
         (vec![&out, &out], &two, "is named twice"),
-        (
-            vec![&other],
-            &two,
-            "is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
-        ),
+        (vec![&other], &two, "is not a folder: name one written by `perirobot sweep` or `perirobot choose`"),
         (
             vec![&out, &other],
             &two,
-            "is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
+            "is not a folder: name one written by `perirobot sweep` or `perirobot choose`",
         ),
         (vec![&out, &other, &other], &two, "unexpected"),
     ] {

@@ -250,11 +250,11 @@ fn two_runs_do_not_share_a_folder() {
     for restart in [&[][..], &["--restart"]] {
         let other = folder.sweep(restart);
         assert_eq!(other.code, Some(75), "{}", other.stderr);
-        assert!(other.stderr.contains("another run is at work in this folder"), "{}", other.stderr);
+        assert!(other.stderr.contains("another run uses this folder"), "{}", other.stderr);
     }
     let summary = perirobot(&["summary", text(&folder.path("out"))]);
     assert_eq!(summary.code, Some(75));
-    assert!(summary.stderr.contains("a run is still at work"), "{}", summary.stderr);
+    assert!(summary.stderr.contains("a run still uses this folder"), "{}", summary.stderr);
     let outcome = run.end();
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     same_bytes(&folder.path("quiet"), &folder.path("out"));
@@ -308,7 +308,7 @@ fn a_changed_study_is_refused_with_what_changed() {
                 bytes[0] ^= 1;
                 f.write("body.stl", bytes);
             },
-            &["files.", "body.stl is another"],
+            &["files.", "body.stl differs"],
         ),
         (
             |f| {
@@ -321,7 +321,7 @@ fn a_changed_study_is_refused_with_what_changed() {
     for (change, told) in changes {
         let (folder, outcome) = after(change);
         assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-        for part in [&["holds a sweep of something else", "--restart", "another folder"], told].concat() {
+        for part in [&["contains another sweep", "--restart", "another folder"], told].concat() {
             assert!(outcome.stderr.contains(part), "no {part:?} in {}", outcome.stderr);
         }
         // It is still what it was, until it is begun anew.
@@ -438,7 +438,7 @@ fn a_file_that_is_no_journal_is_not_overwritten() {
     folder.write(JOURNAL, [b'x'; 300]);
     let outcome = folder.sweep(&[]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    let told = "counts.journal: is no journal of perirobot; name another folder, or move it away";
+    let told = "counts.journal: is not a journal of perirobot; name another folder, or move it away";
     assert!(outcome.stderr.contains(told) && !outcome.stderr.contains("--restart"), "{}", outcome.stderr);
     assert_eq!(fs::read(folder.path(JOURNAL)).unwrap(), [b'x'; 300]);
     assert_eq!(folder.sweep(&["--restart"]).code, Some(0));

@@ -62,7 +62,7 @@ fn shards_merge_into_the_bytes_of_a_single_run() {
         for command in ["summary", "report"] {
             let outcome = perirobot(&[command, text(&folder.path("out"))]);
             assert_eq!(outcome.code, Some(2), "{command}");
-            let cure = "these are shards, put them together by `perirobot merge`";
+            let cure = "these are shards: merge them with `perirobot merge`";
             assert!(outcome.stderr.contains(cure), "{command}: {}", outcome.stderr);
         }
         let outcome = merge(&folder, &[]);
@@ -72,7 +72,7 @@ fn shards_merge_into_the_bytes_of_a_single_run() {
         assert_eq!(merge(&folder, &[]).code, Some(0));
         let outcome = merge(&folder, &[text(&folder.path("out"))]);
         assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-        assert!(outcome.stderr.contains("is both a shard and the place for the whole"), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("is both a shard and the output folder"), "{}", outcome.stderr);
         same_bytes(&folder.path("whole"), &folder.path("out"));
         let [mut one, mut other] = ["whole", "out"].map(|name| manifest(&folder.path(name)));
         assert_eq!(other["runs"].as_array().unwrap().len(), shards);
@@ -97,7 +97,7 @@ fn shards_from_other_places_are_named_one_by_one() {
         fs::rename(folder.path(from), folder.path(to)).unwrap();
     }
     let (here, there) = (folder.path("here"), folder.path("there"));
-    refused(&folder, &[], &["has no folders of shards (shard-0-of-4)"]);
+    refused(&folder, &[], &["has no shard folders (shard-0-of-4)"]);
     let outcome = merge(&folder, &[text(&there), text(&here), "--table", "both"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     same_bytes(&folder.path("whole"), &folder.path("out"));
@@ -116,9 +116,9 @@ fn what_is_missing_is_named_with_the_command_that_makes_it() {
         &folder,
         &[],
         &[
-            "shard 1 of 3 is not there; to make it:",
+            "shard 1 of 3 is missing; to compute it:",
             &command(1),
-            "shard 2 of 3 is not there",
+            "shard 2 of 3 is missing",
             command(2).trim(),
         ],
     );
@@ -161,7 +161,7 @@ fn shards_that_do_not_belong_together_are_refused() {
     let of_two = ["out/shard-0-of-2", "out/shard-1-of-2"].map(|name| folder.path(name));
     let [zero, one] = of_two.each_ref().map(|path| text(path));
     refused(&folder, &[zero, zero], &["is the same shard as", "name each once"]);
-    refused(&folder, &[one], &["shard 0 of 2 is not there"]);
+    refused(&folder, &[one], &["shard 0 of 2 is missing"]);
     shard(&folder, "1/3");
     let third = folder.path("out/shard-1-of-3");
     refused(&folder, &[zero, text(&third)], &["shard-1-of-3: is one of 3 shards, ", "one of 2"]);
@@ -175,7 +175,7 @@ fn shards_that_do_not_belong_together_are_refused() {
     let sweep = ["sweep", text(&study), "--out", text(&other), "--backend", "cpu", "--shard", "1/2"];
     assert_eq!(perirobot(&sweep).code, Some(0));
     let other = other.join("shard-1-of-2");
-    refused(&folder, &[zero, text(&other)], &["is of another sweep than", "study.seed was 7, is 8"]);
+    refused(&folder, &[zero, text(&other)], &["belongs to another sweep than", "study.seed was 7, is 8"]);
 }
 
 #[test]
@@ -204,7 +204,7 @@ fn a_merge_does_not_overwrite_another_sweep() {
     let before = fs::read(folder.path("out/counts.journal")).unwrap();
     let outcome = merge(&folder, &[]);
     assert_eq!(outcome.code, Some(2));
-    assert!(outcome.stderr.contains("holds a sweep of something else"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("contains another sweep"), "{}", outcome.stderr);
     assert!(fs::read(folder.path("out/counts.journal")).unwrap() == before);
 }
 
@@ -220,12 +220,16 @@ fn a_merge_writes_only_where_it_may() {
     let before = fs::read(folder.path("out/shard-0-of-2/counts.journal")).unwrap();
     let outcome = perirobot(&["merge", zero, zero, one]);
     assert_eq!(outcome.code, Some(2));
-    assert!(outcome.stderr.contains("holds shard 0 of 2: name another folder"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("contains shard 0 of 2: name another folder"), "{}", outcome.stderr);
     assert!(fs::read(folder.path("out/shard-0-of-2/counts.journal")).unwrap() == before);
     folder.write("out/counts.journal", [b'x'; 300]);
     let outcome = merge(&folder, &[]);
     assert_eq!(outcome.code, Some(2));
-    assert!(outcome.stderr.contains("is no journal of perirobot; name another folder"), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("is not a journal of perirobot; name another folder"),
+        "{}",
+        outcome.stderr
+    );
     assert_eq!(fs::read(folder.path("out/counts.journal")).unwrap(), [b'x'; 300]);
     fs::remove_file(folder.path("out/counts.journal")).unwrap();
     // What a killed merge left goes; what is not ours stays.
@@ -291,7 +295,7 @@ fn there_are_no_more_shards_than_choices() {
     let folder = whole();
     let outcome = folder.sweep(&["--shard", "0/33"]);
     assert_eq!(outcome.code, Some(2));
-    let told = format!("--shard 0/33: has no work: the study has {CHOICES} choices of poses");
+    let told = format!("--shard 0/33: has no work: the study has only {CHOICES} choices of poses");
     assert!(outcome.stderr.contains(&told), "{}", outcome.stderr);
     assert!(!folder.path("out").exists());
     for wrong in ["3/3", "x/3", "3", "-1/3"] {
@@ -324,7 +328,7 @@ fn a_merge_tells_the_verdicts_that_the_sweep_told() {
         let outcome = merge(&folder, &[]);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
         let told = "study.toml: ";
-        let untold = "; whether it requires something is not told";
+        let untold = "; its requirements are not judged";
         assert!(outcome.stderr.contains(told) && outcome.stderr.contains(untold), "{}", outcome.stderr);
         assert!(!outcome.stdout.contains("Requirements"), "{}", outcome.stdout);
         let _ = fs::remove_file(folder.path("study.toml"));

@@ -201,12 +201,15 @@ fn files_that_do_not_fit_together_are_refused() {
         ),
         (
             ("poses.csv", "", "camera,wall/9,wall,0,0,0,1,0,0,0,,,wall\n"),
-            &["a row more than manifest.json promises"],
+            &["a row beyond those of manifest.json"],
         ),
         (("manifest.json", "\"repeats\": 2", "\"repeats\": 3"), &["counts.journal", "of another sweep"]),
         (("manifest.json", "\"seed\": 7", "\"seed\": 8"), &["counts.journal", "of another sweep"]),
-        (("manifest.json", "\"repeats\": 2", "\"repeats\": 0"), &["promises 0 rows (repeats = 0)"]),
-        (("manifest.json", "\"repeats\": 2", "\"repeats\": 20000000000"), &["rows (repeats = 20000000000)"]),
+        (
+            ("manifest.json", "\"repeats\": 2", "\"repeats\": 0"),
+            &["has an impossible number of rows: 0 (repeats = 0)"],
+        ),
+        (("manifest.json", "\"repeats\": 2", "\"repeats\": 20000000000"), &["(repeats = 20000000000)"]),
         (("manifest.json", "\"repeats\"", "\"repetitions\""), &["missing field `repeats`"]),
         (("manifest.json", "\"snapshot\": 0", "\"snapshot\": 1"), &["snapshot 1 is alone"]),
         (("manifest.json", "{", ""), &["line 2 column"]),
@@ -223,7 +226,7 @@ fn folders_without_results_are_refused() {
         (
             "nowhere",
             None,
-            "nowhere: is not a folder: name one that `perirobot sweep` or `perirobot choose` has written",
+            "nowhere: is not a folder: name one written by `perirobot sweep` or `perirobot choose`",
         ),
         ("study.toml", None, "study.toml: is not a folder"),
         ("out", Some("counts.journal"), "counts.journal: cannot be read"),

@@ -22,10 +22,10 @@ use super::super::stop::{StopAt, stop_code};
 use super::super::sweep::command;
 use super::{Args, cast};
 
-/// The exit code if no set passes, as that of `judge` where a requirement is missed.
+/// The exit code if no set passes, equal to that of `judge` for a missed requirement.
 const NONE_PASSES: u8 = 4;
 
-/// What follows if evidence is read from a file.
+/// The consequence of reading evidence from a file.
 const FILED: &str = "the search takes longer";
 
 /// Finds the cheapest set that passes, writes it and prints it.
@@ -45,7 +45,7 @@ pub(super) fn search(
     let (report, is_stopped) = find(args, &purchasing, &evidence, stop)?;
     drop(evidence);
     let outcome = PurchaseOutcome::new((study, purchase, worlds), report);
-    let onlooker = shown(args, "sets", outcome.total());
+    let onlooker = job_onlooker(args, "sets", outcome.total());
     let results = outcome.write(folder, &mut backends, (ONE_IN, prepare_s), &command(), &onlooker)?;
     onlooker.finish();
     let verdicts = results.map(|results| judge(args, out, worlds, (&outcome, &results))).transpose()?;
@@ -64,7 +64,7 @@ pub(super) fn search(
     })
 }
 
-/// Looks from every candidate, and searches; whether that was stopped.
+/// Looks from every candidate and searches; returns also whether the search was stopped.
 fn find(
     args: &Args,
     purchasing: &Purchasing,
@@ -85,7 +85,7 @@ fn find(
     Ok((report, is_stopped))
 }
 
-/// Judges all sets of an answer, and writes the verdicts beside it.
+/// Judges all sets of an answer, and writes the verdicts into its folder.
 fn judge(
     args: &Args,
     out: &Path,
@@ -98,15 +98,15 @@ fn judge(
         .collect();
     let judging = Judging::new(sets, worlds, results, &choices)?;
     judging.warnings.iter().for_each(|warning| say!("warning: {warning}"));
-    let onlooker = shown(args, "cases", judging.total());
+    let onlooker = job_onlooker(args, "cases", judging.total());
     let judged = judging.judge(&|| args.backend.backends(), &onlooker)?;
     onlooker.finish();
     outcome.agrees(&judged.sets)?;
     judging.write(out, &judged)
 }
 
-/// Shows how much is done of a job that is finished even if the search was stopped.
-fn shown(args: &Args, unit: &'static str, total: u64) -> Onlooker<'static> {
+/// Shows the progress of a job that is finished even if the search was stopped.
+fn job_onlooker(args: &Args, unit: &'static str, total: u64) -> Onlooker<'static> {
     let shown = if total == 0 { Shown::Nothing } else { Shown::Job(args.progress.start(unit, 0, total)) };
     Onlooker::new(shown, None, false)
 }
@@ -129,12 +129,12 @@ pub(super) fn verify(
     onlooker.finish();
     let mut rest = String::new();
     if open > 0 {
-        rest += &format!("; {open} claims are open: too many sets to search plainly");
+        rest += &format!("; {open} claims were not checked: too many sets for the plain search");
     }
     if stopped {
-        rest += "; the search was stopped, so that some answers may be missing";
+        rest += "; the search was stopped, so answers may be missing";
     }
-    let holds = if open > 0 { "the rest of it holds" } else { "all of it holds" };
+    let holds = if open > 0 { "all others hold" } else { "all claims hold" };
     super::super::print(&format!(
         "{sets} sets judged again, {ways} ways in followed again, {proven} claims searched again, all tables \
          compared{rest}: {holds}\n"

@@ -1,9 +1,9 @@
-//! Usual cells to begin with. Their studies and cells are in the folders beside this file, and so are robots that only they
-//! have; people and the arm are those that ship.
+//! Templates of typical cells. Their studies, cells and special robots are in the folders next to this file; people and
+//! the arm are the shipped ones.
 
 use super::schemas;
 
-/// A usual cell. Each has people at several moments, entries, prices and requirements, and a planned set of sensors that
+/// A typical cell with people at several moments, entries, prices and requirements, and a planned set of sensors that
 /// misses some of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(in crate::cli) enum Template {
@@ -30,7 +30,7 @@ macro_rules! texts {
 }
 
 impl Template {
-    /// What its plan misses.
+    /// The weakness of its plan.
     #[cfg(feature = "report")]
     pub(in crate::cli) fn to_improve(self) -> &'static str {
         match self {
@@ -52,7 +52,7 @@ impl Template {
         }
     }
 
-    /// The names of its files, and what is in them.
+    /// The names and texts of its files.
     pub(in crate::cli) fn files(self) -> Vec<(String, &'static str)> {
         let [study, cell, robot] = match self {
             Template::Assembly => texts!("assembly", perirobot_shipped::UR10),

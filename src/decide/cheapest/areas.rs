@@ -13,11 +13,11 @@ use perirobot_cover::cheapest::Coverage;
 use perirobot_cover::layout::{BitLayout, MomentBits, PLANES};
 use perirobot_march::voxel::BitGrid;
 
-/// Places of bodies, of which each candidate covers some.
+/// The places of bodies that candidates can cover.
 pub(super) struct Areas {
-    /// A bit for each place; a moment for each body in each of the scenes.
+    /// A bit for each place; a moment for each pair of scene and body.
     covered: CandidateEvidence,
-    /// Scene and body of each moment, and how many places there are.
+    /// Scene, body and number of places of each moment.
     moments: Vec<([usize; 2], u64)>,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct LargestArea {
 }
 
 impl Areas {
-    /// Those of all scenes, if sets have at most so many members.
+    /// The areas of all scenes, for sets of at most this many members.
     pub(super) fn new(ways: &[SceneWays], items: &[[usize; 2]], at_most: usize) -> Areas {
         let (mut described, mut moments) = (Vec::new(), Vec::new());
         let mut first = 0;
@@ -65,7 +65,7 @@ impl Areas {
         Areas { covered: CandidateEvidence::from_memory(layout, items.to_vec(), rows, 0), moments }
     }
 
-    /// What a set must cover so that an area is no larger.
+    /// What a set must cover to keep an area small.
     pub(super) fn coverage(&self, largest: &LargestArea) -> Option<Coverage<'_>> {
         let moment = self.moments.iter().position(|(of, _)| *of == largest.of)?;
         let least = self.moments[moment].1.saturating_sub(largest.most);
@@ -77,7 +77,7 @@ fn packed_length(plane: &BitGrid) -> usize {
     plane.words().len().div_ceil(2)
 }
 
-/// The words of a plane, two in one.
+/// The words of a plane, packed in pairs.
 fn packed(plane: &BitGrid) -> impl Iterator<Item = u64> {
     let word = |pair: &[u32]| u64::from(pair[0]) | u64::from(pair.get(1).copied().unwrap_or(0)) << 32;
     plane.words().chunks(2).map(word)

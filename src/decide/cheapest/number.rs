@@ -10,7 +10,7 @@
 use perirobot_cover::cheapest::{Better, CheapestAnswer, FoundPurchase};
 use perirobot_march::{Error, Result};
 
-/// Some requirements, by their places among all of them.
+/// Requirements, by their places among all of them.
 pub(super) trait Subsets {
     /// The cheapest set that meets the requirements at some places.
     ///
@@ -24,47 +24,47 @@ pub(super) trait Subsets {
     /// Those of a test.
     fn missed_by(&mut self, set: &[usize]) -> Result<Vec<usize>>;
 
-    /// This is known besides the next search.
+    /// Reports these bounds together with those of the next search.
     fn show(&mut self, _: FamiliesKnown) {}
 }
 
-/// What is known besides the search for the cheapest set of one family.
+/// Bounds besides those of the search of one family.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct FamiliesKnown {
-    /// The cheapest set so far that meets enough requirements.
+    /// The cheapest set found that meets enough requirements.
     pub(super) best: Option<FoundPurchase>,
-    /// No set of the family costs less.
+    /// Lower bound of the cost in the family.
     pub(super) family: u64,
-    /// No set of the other families costs less, nor does the best.
+    /// Lower bound of the cost in the other families and of the best set.
     pub(super) others: u64,
-    /// How many sets were tested.
+    /// The number of tested sets.
     pub(super) tested: u64,
 }
 
-/// What is looked for.
+/// The question.
 #[derive(Clone, Copy)]
 pub(super) struct NumberQuestion {
-    /// How many requirements there are.
+    /// The number of requirements.
     pub(super) count: usize,
-    /// How many of them a set meets at least.
+    /// The number that a set must meet.
     pub(super) least: usize,
-    /// Which of sets of the same cost is better, if anything decides among them.
+    /// The better of two sets of the same cost, if a score decides.
     pub(super) then: Option<Better>,
 }
 
 /// A family of sets.
 #[derive(Default)]
 struct Family {
-    /// No set of it costs less.
+    /// Lower bound of the cost.
     bound: u64,
-    /// What its sets meet.
+    /// The requirements that its sets meet.
     required: Vec<usize>,
-    /// What is not counted.
+    /// The requirements that are not counted.
     left_out: Vec<usize>,
 }
 
 impl Family {
-    /// The families that each meet one more of some requirements.
+    /// The families that each meet one more requirement.
     fn split(&self, bound: u64, missed: &[usize], most_left_out: usize) -> Vec<Family> {
         let open: Vec<usize> =
             missed.iter().copied().filter(|place| !self.left_out.contains(place)).collect();
@@ -105,7 +105,7 @@ impl NumberQuestion {
             answer.is_best_of_cost &= found.is_best_of_cost;
             let missed = match &found.best {
                 Some(best) => match subsets.missed_by(&best.set) {
-                    // Whether it meets enough is unknown.
+                    // It may not meet enough.
                     Err(Error::Stopped(_)) => {
                         (found.best, found.is_proven) = (None, false);
                         Vec::new()
@@ -124,7 +124,8 @@ impl NumberQuestion {
                 }
             }
             if !found.is_proven {
-                // What is left of this family costs no less than what was searched, and the others no less than their bounds.
+                // The rest of this family costs no less than the searched set, and the others no less than their
+                // bounds.
                 let bound = found.no_set_below.unwrap_or(0).max(family.bound);
                 let cost = best.as_ref().map(|(best, _)| best.cost);
                 let bound = families.iter().map(|family| family.bound).chain(cost).fold(bound, u64::min);
@@ -153,12 +154,12 @@ mod tests {
     use perirobot_cover::{Ratio, Worth};
     use perirobot_march::march::pcg;
 
-    /// Sets with their costs, what each meets as bits, and what each is worth.
+    /// Sets with their costs, the requirements that they meet as bits, and their worth.
     struct Table {
         sets: Vec<(u64, u32, i128)>,
         count: usize,
         then: Option<Better>,
-        /// After so many searches only half of the cost is known of each.
+        /// After this many searches, each returns only half of the cost, as a bound.
         most_searches: u64,
         searches: u64,
     }
@@ -185,7 +186,7 @@ mod tests {
             FoundPurchase { set: vec![number], cost, worth }
         }
 
-        /// Cost and worth of the cheapest set of those that fit, as all say that look at each.
+        /// Cost and worth of the cheapest set that fits, by trying every set.
         fn cheapest(&self, fits: &dyn Fn(u32) -> bool) -> Option<usize> {
             let less_is_better = self.then == Some(Better::Less);
             let fitting = (0..self.sets.len()).filter(|&number| fits(self.sets[number].1));
@@ -199,8 +200,8 @@ mod tests {
 
     impl Subsets for Table {
         fn cheapest_of(&mut self, places: &[usize]) -> Result<CheapestAnswer> {
-            let asked: u32 = places.iter().map(|place| 1 << place).sum();
-            let Some(best) = self.cheapest(&|met| met & asked == asked) else {
+            let required: u32 = places.iter().map(|place| 1 << place).sum();
+            let Some(best) = self.cheapest(&|met| met & required == required) else {
                 return Ok(CheapestAnswer::NONE);
             };
             self.searches += 1;
@@ -236,8 +237,12 @@ mod tests {
                 let (found, missed) = question.answer(&mut table).unwrap();
                 let right = table.cheapest(&|met| met.count_ones() as usize >= least);
                 let right = right.map(|number| table.purchase(number));
-                let told = |one: &FoundPurchase| (one.cost, one.worth);
-                assert_eq!(found.best.as_ref().map(told), right.as_ref().map(told), "{seed}, {least}");
+                let cost_and_worth = |one: &FoundPurchase| (one.cost, one.worth);
+                assert_eq!(
+                    found.best.as_ref().map(cost_and_worth),
+                    right.as_ref().map(cost_and_worth),
+                    "{seed}, {least}"
+                );
                 assert_eq!(found.no_set_below, right.as_ref().map(|right| right.cost), "{seed}, {least}");
                 assert!(found.is_proven && found.is_best_of_cost, "{seed}, {least}");
                 let own = found.best.as_ref().map(|best| table.missed_by(&best.set).unwrap());

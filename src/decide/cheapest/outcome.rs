@@ -1,5 +1,5 @@
-//! The end of a search: the answer is written into a folder together with a sweep of its sets, so that every command that
-//! takes the folder of a sweep takes this one.
+//! The end of a search: writes the answer into a folder together with a sweep of its sets, so that every command on the
+//! folder of a sweep accepts it.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use perirobot_sweep::results::files::{OutputFolder, remove_files};
 use perirobot_sweep::results::table::TableFormat;
 use perirobot_sweep::results::{Results, jobs, rows, scores};
 
-/// What was found, to be written.
+/// An answer, ready to be written.
 pub struct PurchaseOutcome<'a> {
     /// The answer.
     pub report: PurchaseReport,
@@ -26,7 +26,7 @@ pub struct PurchaseOutcome<'a> {
 }
 
 impl<'a> PurchaseOutcome<'a> {
-    /// What was found for a study.
+    /// The answer to a study.
     pub fn new(
         (study, purchase, worlds): (&Study, &Purchase, &'a [World]),
         report: PurchaseReport,
@@ -35,7 +35,7 @@ impl<'a> PurchaseOutcome<'a> {
         PurchaseOutcome { report, sets, worlds }
     }
 
-    /// Opens a folder for an answer to a study: what an earlier answer left in it is removed.
+    /// Opens a folder for an answer to a study and removes an earlier answer from it.
     ///
     /// # Errors
     /// Those of [`Chosen::folder`].
@@ -46,16 +46,16 @@ impl<'a> PurchaseOutcome<'a> {
         Ok(folder)
     }
 
-    /// How many sets there are to score, each in each snapshot and repeat.
+    /// The number of sets to score, in each snapshot and repeat.
     pub fn total(&self) -> u64 {
         if self.sets.combinations.is_empty() { 0 } else { jobs(&self.sets) }
     }
 
     /// Writes the answer into a folder and scores its sets as a sweep does; `None` if there is no set. `prepare_s` and
-    /// `command` are for the manifest; one choice in `verify` that a device counts is checked.
+    /// `command` go into the manifest; on a device, one choice in `verify` is recounted.
     ///
     /// # Errors
-    /// When a file cannot be written; when a backend fails; `Error::Stopped`.
+    /// If a file cannot be written; if a backend fails; `Error::Stopped`.
     pub fn write(
         &self,
         folder: OutputFolder,
@@ -76,7 +76,7 @@ impl<'a> PurchaseOutcome<'a> {
         Ok(Some(results))
     }
 
-    /// Fails unless a set that passes all was judged so.
+    /// Checks that `judge` agrees on a set that passes all requirements.
     ///
     /// # Errors
     /// `Error::Disagreement`.
@@ -85,7 +85,7 @@ impl<'a> PurchaseOutcome<'a> {
         match is_wrong {
             false => Ok(()),
             true => {
-                let what = "the set that was found to pass all requirements is judged otherwise: report this";
+                let what = "the search and judge disagree about the set that passes all requirements: please report this";
                 Err(Error::Disagreement(Issue::says(what)))
             }
         }

@@ -15,32 +15,32 @@ use super::ways::{SceneWays, WayIn};
 use crate::approach::NearestApproach;
 use crate::judge::{Conditions, Value, approach_value, dead_members};
 
-/// Most ways in that one failing set is asked for, by each passage.
+/// The most new ways in per failing set, for each passage.
 const MOST_WAYS: usize = 8;
 
-/// Most candidates of which all pairs are left out.
+/// The most candidates of which all pairs are left out.
 const MOST_IN_PAIRS: usize = 200;
 
-/// Decides whether a set meets some terms.
+/// Decides whether a set meets its terms.
 pub(super) struct PassingTest<'t, 'a> {
     terms: &'t Terms,
-    /// What candidates say in each region in which anything is counted.
+    /// The evidence of the candidates in each counted region.
     problems: &'t [(usize, Problem<'a>)],
     ways: &'t [SceneWays<'a>],
-    /// What is known of ways in; those that are found are added.
+    /// The ways in found so far; new ones are added.
     known: &'t mut Vec<WayIn>,
     candidates: usize,
-    /// Where distances are taken from.
+    /// The source of distances.
     scale: Conditions,
     remaining: Remaining<'t>,
 }
 
-/// An entry at which a body is too near already.
+/// An entry at which a body is already too near.
 pub(super) struct EntryTooNear {
-    /// Which of the scenes, companies and repeats.
+    /// Index of scene, company and repeat.
     pub(super) scene: usize,
     pub(super) passage: usize,
-    /// How near it is, squared in voxels.
+    /// The distance, squared in voxels.
     pub(super) squared: u32,
 }
 
@@ -57,12 +57,12 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         PassingTest { terms, problems, ways, known, candidates, scale, remaining }
     }
 
-    /// What sets that pass must have by what is known of ways in.
+    /// The demands of the known ways in.
     pub(super) fn known_demands(&self) -> Vec<Demand> {
         self.known.iter().filter_map(|way| self.demand(way)).collect()
     }
 
-    /// What sets that pass must have of who notices a way in: one more than may be dead, if it leads too near.
+    /// The demand of a way in that leads too near: one more candidate that notices it than may be dead.
     fn demand(&self, way: &WayIn) -> Option<Demand> {
         let near = NearestApproach { squared: Some(way.squared), unnoticed: 0, joined: 0 };
         let passage = &self.ways[way.scene].passages[way.passage];
@@ -74,16 +74,16 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         Some(Demand::new(self.candidates, way.noticed_by.iter().copied(), dead + 1))
     }
 
-    /// Whether a requirement fails whatever is chosen, since a body is too near where it comes in; the first of several.
+    /// The first requirement that fails for every set, since a body is too near at its entry.
     pub(super) fn too_near_at_entry(&self) -> Option<EntryTooNear> {
         for (scene, ways) in self.ways.iter().enumerate() {
             for (passage, squared) in ways.at_entries().into_iter().enumerate() {
                 let Some(squared) = squared else { continue };
                 let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
-                let mut asked = self.nearness().filter(|(_, nearness, _)| {
+                let mut demands = self.nearness().filter(|(_, nearness, _)| {
                     ways.passages[passage].is_asked(nearness) && !nearness.score.is_area()
                 });
-                if asked.any(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near)) {
+                if demands.any(|(one, nearness, _)| !self.is_met(nearness.score, &one.limit, &near)) {
                     return Some(EntryTooNear { scene, passage, squared });
                 }
             }
@@ -91,7 +91,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         None
     }
 
-    /// The areas that must be small by the requirements.
+    /// The areas that the requirements limit.
     pub(super) fn largest_areas(&self) -> Vec<LargestArea> {
         let mut all = Vec::new();
         for (requirement, nearness, dead) in self.nearness() {
@@ -99,10 +99,10 @@ impl<'t, 'a> PassingTest<'t, 'a> {
                 continue;
             }
             for (scene, ways) in self.ways.iter().enumerate() {
-                let asked =
+                let passages =
                     ways.passages.iter().enumerate().filter(|(_, passage)| passage.is_asked(nearness));
                 let bodies: BTreeSet<usize> =
-                    asked.map(|(passage, _)| ways.body_and_entry(passage)[0]).collect();
+                    passages.map(|(passage, _)| ways.body_and_entry(passage)[0]).collect();
                 all.extend(bodies.into_iter().map(|body| {
                     let most = self.most_unnoticed(requirement, ways.free()[body].count());
                     LargestArea { of: [scene, body], most, dead }
@@ -112,13 +112,13 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         all
     }
 
-    /// How many of some places may be left unnoticed by a requirement.
+    /// The most places that a requirement allows to be left unnoticed.
     fn most_unnoticed(&self, requirement: &Requirement, places: u64) -> u64 {
         let is_small = |unnoticed: u64| {
             let near = NearestApproach { squared: None, unnoticed, joined: 0 };
             self.is_met(ApproachScore::UnnoticedM2, &requirement.limit, &near)
         };
-        // The smallest number that is too large, by halving.
+        // Bisection for the smallest number that is too large.
         let (mut low, mut high) = (0, places + 1);
         while low < high {
             let middle = low + (high - low) / 2;
@@ -134,14 +134,14 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         self.known.iter().find(is_out_of_reach)
     }
 
-    /// The score of all candidates together, or of all but as few as may be dead, if it misses what is required of counts;
-    /// with those that are left out.
+    /// The score of all candidates together, or without as few as may be dead, if it misses a requirement of counts;
+    /// with the left-out ones.
     pub(super) fn missed_by_all(&self, requirement: &Requirement) -> Option<(f64, Vec<usize>)> {
         let counted = requirement.counted_score().filter(|_| !is_of_overlap(requirement))?;
         let (_, problem) = self.problems.iter().find(|(region, _)| *region == counted.region)?;
         let all: Vec<usize> = (0..self.candidates).collect();
         left_out_of_all(requirement, self.candidates).find_map(|out| {
-            let counts = problem.counts(&alive(&all, &out));
+            let counts = problem.counts(&living_members(&all, &out));
             let value = Value::from_counts(counted.score, counted.over, &requirement.limit, &counts)?;
             (!value.meets(&requirement.limit)).then(|| (value.number(), out))
         })
@@ -151,7 +151,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         self.ways
     }
 
-    /// Whether a set meets a requirement of counts in all cases without so many of its members.
+    /// Whether a set meets a requirement of counts in all cases without `dead` of its members.
     fn meets_counted(
         &self,
         requirement: &Requirement,
@@ -162,13 +162,13 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         let known = self.problems.iter().find(|(region, _)| *region == counted.region);
         let Some((_, problem)) = known else { return false };
         dead_members(set.len(), dead).iter().all(|dead| {
-            let counts: Vec<Confusion> = problem.counts(&alive(set, dead));
+            let counts: Vec<Confusion> = problem.counts(&living_members(set, dead));
             let value = Value::from_counts(counted.score, counted.over, &requirement.limit, &counts);
             value.is_some_and(|value| value.meets(&requirement.limit))
         })
     }
 
-    /// Requirements on bodies that come near, each with the number of sensors that may be dead.
+    /// Requirements on approaching bodies, each with the number of sensors that may be dead.
     fn nearness(&self) -> impl Iterator<Item = (&'t Requirement, &'t Nearness, usize)> + use<'t, 'a> {
         nearness_of(self.terms)
     }
@@ -177,7 +177,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         is_met(&self.scale, score, limit, near)
     }
 
-    /// How near each body comes by each passage of each scene, squared in voxels; none where it has no room.
+    /// How near each body comes by each passage of each scene, squared in voxels; `None` if it does not fit.
     fn nearest(&self, set: &[usize]) -> Vec<([usize; 2], u32)> {
         let of_scene = |(scene, ways): (usize, &SceneWays)| {
             let nearest = ways.nearest(&ways.watched_by(set)).into_iter().enumerate();
@@ -187,7 +187,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         self.ways.iter().enumerate().flat_map(of_scene).collect()
     }
 
-    /// Whether bodies stay away as far as they must in all cases; if not, what passing sets must have.
+    /// Checks whether bodies stay far enough away in all cases; if not, adds demands.
     fn come_near(&mut self, set: &[usize]) -> TestAnswer {
         let ways = self.ways;
         let mut fails = false;
@@ -196,20 +196,20 @@ impl<'t, 'a> PassingTest<'t, 'a> {
                 continue;
             }
             for out in dead_members(set.len(), dead) {
-                let alive = alive(set, &out);
+                let alive = living_members(set, &out);
                 for (scene, ways) in ways.iter().enumerate() {
                     let nearest = ways.nearest(&ways.watched_by(&alive));
                     let mut failed = Vec::new();
                     for (passage, near) in nearest.iter().enumerate() {
-                        let asked = self.nearness().filter(|(_, nearness, own)| {
+                        let demands = self.nearness().filter(|(_, nearness, own)| {
                             *own == dead && ways.passages[passage].is_asked(nearness)
                         });
-                        let missed = asked.filter(|(requirement, nearness, _)| {
+                        let missed = demands.filter(|(requirement, nearness, _)| {
                             !self.is_met(nearness.score, &requirement.limit, near)
                         });
                         let mut missed = missed.peekable();
                         fails |= missed.peek().is_some();
-                        // An area is no way in.
+                        // An area is not a way in.
                         if missed.any(|(_, nearness, _)| !nearness.score.is_area()) {
                             failed.push(passage);
                         }
@@ -225,22 +225,22 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         if fails { TestAnswer::Fails } else { TestAnswer::Passes }
     }
 
-    /// Finds ways in on which some candidates do not notice a body: as many as are found by adding to them candidates that
-    /// do.
+    /// Finds ways in on which some candidates do not notice a body, adding to them candidates that do, until none is
+    /// left.
     fn find_ways(&mut self, [scene, passage]: [usize; 2], alive: &[usize], dead: usize) {
         let (ways, terms, scale) = (self.ways, self.terms, self.scale.clone());
-        let asked = &ways[scene].passages[passage];
+        let case = &ways[scene].passages[passage];
         let is_too_near = |squared: u32| {
             let near = NearestApproach { squared: Some(squared), unnoticed: 0, joined: 0 };
             nearness_of(terms).any(|(requirement, nearness, own)| {
-                let is_asked = asked.is_asked(nearness) && !nearness.score.is_area();
+                let is_asked = case.is_asked(nearness) && !nearness.score.is_area();
                 own == dead && is_asked && !is_met(&scale, nearness.score, &requirement.limit, &near)
             })
         };
         self.find_ways_by([scene, passage], alive, &is_too_near);
     }
 
-    /// The same of ways that lead too near in another sense.
+    /// The same for ways that lead too near by another measure.
     fn find_ways_by(
         &mut self,
         [scene, passage]: [usize; 2],
@@ -250,7 +250,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
         let (ways, mut watching) = (&self.ways[scene], alive.to_vec());
         for _ in 0..MOST_WAYS {
             let Some(way) = ways.way_in([scene, passage], &watching, is_too_near) else { return };
-            // The next one is another way, which the first of those does not notice.
+            // The next way differs: the first of these candidates does not notice it.
             let next = way.noticed_by.first().copied();
             self.known.push(way);
             match next {
@@ -261,7 +261,7 @@ impl<'t, 'a> PassingTest<'t, 'a> {
     }
 }
 
-/// Requirements on bodies that come near, each with the number of sensors that may be dead.
+/// Requirements on approaching bodies, each with the number of sensors that may be dead.
 fn nearness_of(terms: &Terms) -> impl Iterator<Item = (&Requirement, &Nearness, usize)> {
     terms.requirements.iter().flat_map(|requirement| {
         let nearness = match &requirement.measure {
@@ -288,7 +288,7 @@ impl SetTest for PassingTest<'_, '_> {
             }
         }
         match self.come_near(set) {
-            // Without sensors there is nothing to buy.
+            // A set needs at least one sensor.
             TestAnswer::Passes if set.is_empty() => Ok(TestAnswer::Fails),
             TestAnswer::Passes if self.remaining.passes(set)? => Ok(TestAnswer::Passes),
             TestAnswer::Passes => Ok(TestAnswer::Fails),
@@ -296,7 +296,7 @@ impl SetTest for PassingTest<'_, '_> {
         }
     }
 
-    /// How near any body comes by any entry, squared in voxels.
+    /// The closest distance of any body by any entry, squared in voxels.
     fn worth(&mut self, set: &[usize]) -> Option<Worth> {
         self.nearest(set).into_iter().map(|(_, squared)| squared).min().map(worth_of_squared)
     }
@@ -305,7 +305,7 @@ impl SetTest for PassingTest<'_, '_> {
         let is_no_better = |squared: u32| worth_of_squared(squared) <= worth;
         let candidates = self.candidates;
         if self.ways.iter().flat_map(SceneWays::at_entries).flatten().any(is_no_better) {
-            // Whatever is chosen: no set is better.
+            // This holds for every set: none is better.
             return vec![Demand::new(candidates, [], 1)];
         }
         for ([scene, passage], squared) in self.nearest(set) {
@@ -323,25 +323,25 @@ impl SetTest for PassingTest<'_, '_> {
     }
 }
 
-/// What a set is worth with which bodies come so near, squared in voxels.
+/// The worth of a set by the closest distance, squared in voxels.
 pub(super) fn worth_of_squared(squared: u32) -> Worth {
     Worth::Exact(Ratio { numerator: squared.into(), denominator: 1 })
 }
 
-/// Which of all candidates may be dead by a requirement: none, and then as many as it says.
+/// The candidates that may be dead under a requirement: none, then as many as it allows.
 pub(super) fn left_out_of_all(
     requirement: &Requirement,
     candidates: usize,
 ) -> impl Iterator<Item = Vec<usize>> + use<> {
     let dead = requirement.under.iter().filter_map(|&condition| dead_in(condition)).max();
-    // Pairs of many candidates would take long.
+    // All pairs of many candidates would take too long.
     let few = (0..=2).filter(move |few| dead.is_some_and(|dead| *few <= dead));
     let few = few.filter(move |&few| few < 2 || candidates <= MOST_IN_PAIRS);
     few.flat_map(move |few| dead_members(candidates, few))
 }
 
-/// The members of a set but for those at some places.
-pub(super) fn alive(set: &[usize], dead: &[usize]) -> Vec<usize> {
+/// The members of a set without those at some places.
+pub(super) fn living_members(set: &[usize], dead: &[usize]) -> Vec<usize> {
     let alive = set.iter().enumerate().filter(|(place, _)| !dead.contains(place));
     alive.map(|(_, &item)| item).collect()
 }

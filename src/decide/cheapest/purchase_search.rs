@@ -1,5 +1,5 @@
-//! The search for the cheapest set that passes some terms: the solver proposes sets, and requirements without a bound are
-//! judged.
+//! The search for the cheapest set that passes some terms: the solver proposes sets, and requirements without a bound
+//! are judged.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ use super::reporter::SearchReporter;
 use super::terms::{Terms, bounding, dead_in};
 use super::ways::{SceneWays, WayIn};
 
-/// A search for sets that pass several terms, one after the other: what is known of ways in is kept.
+/// A search for sets that pass several terms, one after the other; known ways in are kept.
 pub(super) struct PurchaseSearch<'s, 'a> {
     pub(super) purchasing: &'s Purchasing<'a>,
     pub(super) reporter: &'s SearchReporter<'s, 'a>,
@@ -33,11 +33,11 @@ pub(super) struct PurchaseSearch<'s, 'a> {
     pub(super) ways: &'s [SceneWays<'s>],
     pub(super) areas: Option<&'s Areas>,
     pub(super) known: Vec<WayIn>,
-    /// What the study requires.
+    /// The study's requirements.
     pub(super) all: Terms,
-    /// What is proven of some of that, by the places of the requirements.
+    /// Proven bounds for subsets of the requirements, by their places.
     pub(super) answers: BTreeMap<Vec<usize>, CheapestAnswer>,
-    /// Up to how many other sets of the cheapest one's cost are counted.
+    /// The most other sets of the same cost that are counted.
     pub(super) most_ties: usize,
     pub(super) open: &'s dyn Fn() -> Result<ChosenBackends>,
     pub(super) progress: &'s dyn Progress,
@@ -78,7 +78,7 @@ impl PurchaseSearch<'_, '_> {
         PassingTest::new(terms, self.problems, (self.ways, &mut self.known), scale, remaining)
     }
 
-    /// Why no set passes, if it is proven that none does; nothing if that was stopped.
+    /// Why no set passes, if that is proven; empty if the search was stopped.
     pub(super) fn reasons(&mut self, terms: &Terms, found: &CheapestAnswer) -> Result<Vec<ReasonReport>> {
         if found.best.is_some() || !found.is_proven {
             return Ok(Vec::new());
@@ -95,13 +95,13 @@ impl PurchaseSearch<'_, '_> {
         if let [place] = places[..] {
             let alone = terms.only(&[place]);
             let requirement = &terms.requirements[place];
-            let of = (study, &*self.purchasing.items);
+            let candidates = (study, &*self.purchasing.items);
             let test = self.test(&alone);
-            let obstacle = Obstacle::new(requirement, &test, of);
+            let obstacle = Obstacle::new(requirement, &test, candidates);
             let why = obstacle.words(study, terms.stopping.as_ref(), requirement);
             return Ok(reasons::reports(terms, &places, &|_| why.clone()));
         }
-        Ok(reasons::reports(terms, &places, &|one| reasons::asked(study, one)))
+        Ok(reasons::reports(terms, &places, &|one| reasons::describe_demand(study, one)))
     }
 }
 
@@ -135,7 +135,7 @@ impl Subsets for PurchaseSearch<'_, '_> {
     }
 }
 
-/// What a requirement says of counts, as the solver has it.
+/// A requirement on counts, in terms of the solver.
 fn shares<'e>(requirement: &Requirement, problems: &'e [(usize, Problem<'e>)]) -> Vec<Share<'e>> {
     let (counted, limit, more_dead) = match (bounding(requirement), requirement.counted_score()) {
         (Some((counted, limit)), _) => (*counted, limit.ratio(), 0),
@@ -153,8 +153,8 @@ fn shares<'e>(requirement: &Requirement, problems: &'e [(usize, Problem<'e>)]) -
     requirement.under.iter().filter_map(|&condition| dead_in(condition)).map(share).collect()
 }
 
-/// What two sensors see one of them still sees without the other: a share that is seen twice bounds the unknown share of a
-/// set without any one member.
+/// A voxel seen by two sensors is still seen if one of them fails: so a share seen twice bounds the unknown share
+/// without any one member.
 fn seen_once_without_any(counted: &Counted, limit: Limit) -> Option<(Counted, Ratio)> {
     let Limit::AtLeast(least) = limit else { return None };
     let Ratio { numerator, denominator } = least;

@@ -33,7 +33,7 @@ use crate::approach::Ground;
 use crate::choose::{Casting, DisturbedPairs, PairTerms, candidates_of, odds_of, pose_name, rules_of};
 use crate::view::watched::Watcher;
 
-/// Up to how many other sets of the cheapest one's cost are counted.
+/// The most other sets of the same cost that are counted.
 pub const MOST_TIES: usize = 9;
 
 /// A search for the cheapest set.
@@ -42,53 +42,55 @@ pub struct Purchasing<'a> {
     pub(super) purchase: &'a Purchase,
     pub(super) worlds: &'a [World],
     memory_bytes: u64,
-    /// Sensor and candidate of each candidate.
+    /// Sensor and candidate index of each candidate.
     pub(super) items: Vec<[usize; 2]>,
-    /// The scenes as bodies move through them; none where nothing is required of that.
+    /// The scenes with the space of moving bodies; empty if no requirement needs them.
     grounds: Vec<Ground<'a>>,
-    /// What is asked for, in the order in which it is searched.
+    /// The questions, in the order of the search.
     asked: Vec<(PurchaseAim, Terms)>,
-    /// The regions in which anything is counted.
+    /// The regions of all counted scores.
     regions: Vec<usize>,
-    /// Time between two reports of a search.
+    /// Time between two progress reports.
     between_reports: Duration,
 }
 
 impl<'a> Purchasing<'a> {
-    /// What a study asks for.
+    /// The question of a study.
     ///
     /// # Errors
-    /// When it cannot be asked how near bodies come, as in [`Ground::new`].
+    /// If approaches cannot be computed, as in [`Ground::new`].
     pub fn new(
         study: &'a Study,
         purchase: &'a Purchase,
         worlds: &'a [World],
         memory_bytes: u64,
     ) -> Result<Purchasing<'a>> {
-        let mut asked = vec![(PurchaseAim::All, Terms::from_study(study))];
-        asked.extend(purchase.disturb.map(|_| (PurchaseAim::Disturbed, Terms::from_study(study))));
+        let mut questions = vec![(PurchaseAim::All, Terms::from_study(study))];
+        questions.extend(purchase.disturb.map(|_| (PurchaseAim::Disturbed, Terms::from_study(study))));
         match purchase.front {
             Some(PurchaseFront::Speed) => {
                 let speeds = study.stopping.iter().flat_map(|stopping| 0..stopping.speeds.len());
-                asked.extend(speeds.map(|speed| (PurchaseAim::Speed(speed), Terms::at_speed(study, speed))));
+                questions
+                    .extend(speeds.map(|speed| (PurchaseAim::Speed(speed), Terms::at_speed(study, speed))));
             }
             Some(PurchaseFront::Requirements) => {
                 let all = Terms::from_study(study);
                 let count = all.requirements.len();
-                let without = |one: usize| (PurchaseAim::Without(one), all.only(&all.others(one)));
-                asked.extend((0..count).map(without));
-                asked.extend((1..count).rev().map(|least| (PurchaseAim::Number(least), all.clone())));
+                let without = |one: usize| (PurchaseAim::Without(one), all.only(&all.all_but(one)));
+                questions.extend((0..count).map(without));
+                questions.extend((1..count).rev().map(|least| (PurchaseAim::Number(least), all.clone())));
             }
             None => {}
         }
         let is_near =
             |(_, terms): &(PurchaseAim, Terms)| terms.requirements.iter().any(Requirement::is_of_nearness);
         let decides_near = matches!(purchase.then, Some(ThenScore::Nearness(_)));
-        let grounds = match decides_near || asked.iter().any(is_near) {
+        let grounds = match decides_near || questions.iter().any(is_near) {
             true => Ground::from_scenes(study, worlds, &[])?,
             false => Vec::new(),
         };
-        let counted = asked.iter().flat_map(|(_, terms)| &terms.requirements).filter_map(Requirement::region);
+        let counted =
+            questions.iter().flat_map(|(_, terms)| &terms.requirements).filter_map(Requirement::region);
         let regions: BTreeSet<usize> =
             counted.chain(counted_then(purchase).map(|then| then.region)).collect();
         let (items, regions) = (candidates_of(study), regions.into_iter().collect());
@@ -100,14 +102,14 @@ impl<'a> Purchasing<'a> {
             memory_bytes,
             items,
             grounds,
-            asked,
+            asked: questions,
             regions,
             between_reports,
         })
     }
 
-    /// Reads the evidence in a folder, and keeps there what will be cast; with `restart` it is lost. Without a folder
-    /// none is kept.
+    /// Reads the evidence in a folder, and stores new evidence there; `restart` discards the old. Without a folder none
+    /// is stored.
     ///
     /// # Errors
     /// Those of [`Casting::begin`].
@@ -118,12 +120,12 @@ impl<'a> Purchasing<'a> {
         Casting::begin(self.study, &regions, representations, self.worlds, self.memory_bytes, kept)
     }
 
-    /// How many looks of [`Purchasing::look`] there are.
+    /// The number of looks in [`Purchasing::look`].
     pub fn looks(&self) -> u64 {
         SceneWays::total(self.study, &self.grounds, self.items.len())
     }
 
-    /// Looks from every candidate at where bodies come near.
+    /// Computes what every candidate watches of the space of bodies.
     ///
     /// # Errors
     /// `Error::Stopped`.
@@ -140,7 +142,7 @@ impl<'a> Purchasing<'a> {
     /// Searches for the cheapest set of each aim, and for the set that comes nearest if none passes all.
     ///
     /// # Errors
-    /// When a backend fails that judges what no bound tells; when evidence in a file cannot be read.
+    /// If a backend fails while a set is judged; if evidence in a file cannot be read.
     pub fn search(
         &self,
         evidence: &[CandidateEvidence],
@@ -176,11 +178,11 @@ impl<'a> Purchasing<'a> {
             }
             search.rules = if *aim == PurchaseAim::Disturbed { &if_disturbed } else { &rules };
             let all = 0..terms.requirements.len();
-            let told = AimReport::new(self.study, *aim);
-            reporter.begin(&told, terms);
+            let aim_report = AimReport::new(self.study, *aim);
+            reporter.begin(&aim_report, terms);
             let (found, missed) = match *aim {
                 PurchaseAim::All => (search.cheapest_of(&all.collect::<Vec<_>>())?, Vec::new()),
-                PurchaseAim::Without(one) => (search.cheapest_of(&search.all.others(one))?, Vec::new()),
+                PurchaseAim::Without(one) => (search.cheapest_of(&search.all.all_but(one))?, Vec::new()),
                 PurchaseAim::Speed(_) | PurchaseAim::Disturbed => (search.cheapest(terms)?, Vec::new()),
                 PurchaseAim::Number(least) => {
                     let then = self.purchase.then.as_ref().map(better);
@@ -193,7 +195,7 @@ impl<'a> Purchasing<'a> {
             is_cut |= is_explained && found.is_proven && found.best.is_none() && reasons.is_empty();
             let name = |place: usize| terms.requirements[place].name.clone();
             search.most_ties = 0;
-            let mut point = self.point(told, terms, &found, reasons);
+            let mut point = self.point(aim_report, terms, &found, reasons);
             point.missed = missed.into_iter().map(name).collect();
             if let (PurchaseAim::Disturbed, Some(best)) = (aim, &found.best) {
                 point.disturbed = self.forbidden(&best.set, &rules);
@@ -219,10 +221,10 @@ impl<'a> Purchasing<'a> {
         PurchaseClaims::read(folder, self.proof_input(&[], &|| None))
     }
 
-    /// Verifies all that is in the folder of an answer.
+    /// Verifies an answer with all its files.
     ///
     /// # Errors
-    /// `Error::Input` that names what does not hold; `Error::Stopped`.
+    /// `Error::Input` that names the wrong claim; `Error::Stopped`.
     pub fn verify(
         &self,
         claims: &PurchaseClaims,
@@ -243,7 +245,7 @@ impl<'a> Purchasing<'a> {
         ProofInput { study, purchase, worlds, items, grounds, asked, regions, disturbed, evidence, progress }
     }
 
-    /// The cheapest set that meets all requirements but those that cannot be met, if there are any.
+    /// The cheapest set that meets all requirements except those that cannot be met, if any.
     fn nearest(
         &self,
         search: &mut PurchaseSearch,
@@ -292,7 +294,7 @@ impl<'a> Purchasing<'a> {
         }
     }
 
-    /// A set that was found, by the names of the study.
+    /// A set in names of the study.
     pub(super) fn purchased_set(&self, name: String, terms: &Terms, best: &FoundPurchase) -> PurchasedSet {
         let combination = combination(self.study, self.purchase, &self.items, name.clone(), &best.set);
         let members = combination.members.iter().map(|member| [member.sensor, member.candidates[0]]);
@@ -304,7 +306,7 @@ impl<'a> Purchasing<'a> {
         }
     }
 
-    /// The unit of all costs.
+    /// The currency of all costs.
     pub(super) fn currency(&self) -> Option<String> {
         self.study.currency.clone()
     }
@@ -319,7 +321,7 @@ impl<'a> Purchasing<'a> {
         }
     }
 
-    /// Pairs of a set that some rules forbid, by their names.
+    /// The pairs of a set that a rule forbids, by name.
     fn forbidden(&self, set: &[usize], rules: &SetRules) -> Vec<[String; 2]> {
         let is_always = |item: usize| rules.always.contains(&item);
         let is_forbidden =
@@ -355,19 +357,19 @@ impl<'a> Purchasing<'a> {
         }
     }
 
-    /// The same, but each report of a search comes at once.
+    /// The same without pauses between progress reports.
     #[cfg(test)]
     pub(super) fn with_all_reports(self) -> Purchasing<'a> {
         Purchasing { between_reports: Duration::ZERO, ..self }
     }
 
-    /// Sensor and candidate of each candidate.
+    /// Sensor and candidate index of each candidate.
     #[cfg(test)]
     pub(super) fn items(&self) -> &[[usize; 2]] {
         &self.items
     }
 
-    /// Whether an area must be small in which bodies are unnoticed.
+    /// Whether a requirement limits an unnoticed area.
     fn asks_areas(&self) -> bool {
         let requirements = self.asked.iter().flat_map(|(_, terms)| &terms.requirements);
         let mut measures = requirements.map(|requirement| &requirement.measure);
@@ -376,7 +378,7 @@ impl<'a> Purchasing<'a> {
         })
     }
 
-    /// Which candidates a set may have together, and what they cost, if some may not disturb each other.
+    /// The allowed pairs of candidates and their costs; with `disturb`, pairs that disturb each other are excluded.
     fn rules(&self, disturb: Option<Disturb>) -> SetRules {
         let Purchase { always, apart_m, .. } = self.purchase;
         let terms = PairTerms { apart_m: *apart_m, disturb };
@@ -388,7 +390,7 @@ impl<'a> Purchasing<'a> {
         SetLimits { at_most, budget: budget.map(Cost::thousandths) }
     }
 
-    /// What candidates say in a region, as the solver has it.
+    /// The evidence in a region, in terms of the solver.
     fn problem<'e>(&self, evidence: &'e CandidateEvidence, rules: &SetRules) -> Problem<'e> {
         let Purchase { fusion, representations, .. } = self.purchase;
         Problem {
@@ -402,7 +404,7 @@ impl<'a> Purchasing<'a> {
     }
 }
 
-/// The score of counts that decides among sets of the same cost, if it is one.
+/// The score of counts that decides among sets of the same cost, if any.
 pub(super) fn counted_then(purchase: &Purchase) -> Option<&Counted> {
     match &purchase.then {
         Some(ThenScore::Counted(counted)) => Some(counted),
@@ -410,7 +412,7 @@ pub(super) fn counted_then(purchase: &Purchase) -> Option<&Counted> {
     }
 }
 
-/// Which of two sets of the same cost is better.
+/// The better of two sets of the same cost.
 fn better(then: &ThenScore) -> Better {
     match then {
         ThenScore::Counted(counted) => Better::from_score(counted.score),

@@ -1,4 +1,4 @@
-//! The question of a study, as in `cheapest.json`: a later change of the study is noticed.
+//! The question of a study, as in `cheapest.json`, which shows later changes of the study.
 
 use std::collections::BTreeMap;
 
@@ -13,32 +13,32 @@ use perirobot_study::input::{
 };
 use perirobot_study::sensor::{Cost, Sensor};
 
-/// What a study asks for.
+/// The question of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PurchaseQuestion {
-    /// How many sensors a set may have.
+    /// The most sensors of a set.
     pub at_most: usize,
-    /// What a set may cost.
+    /// The budget.
     pub budget: Option<Cost>,
-    /// The unit of all costs.
+    /// The currency of all costs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub currency: Option<String>,
-    /// How far two sensors must be from each other.
+    /// Least distance between two sensors.
     pub apart_m: f64,
-    /// When sensors disturb each other that may not.
+    /// When two sensors disturb each other; such pairs are excluded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disturb: Option<Disturb>,
-    /// What is in every set.
+    /// The sensors of every set.
     pub always: Vec<String>,
-    /// What is to be high among sets that pass and cost the same.
+    /// The score to maximise among passing sets of the same cost.
     pub then: Option<AskedThen>,
-    /// Of what else the cheapest set is looked for.
+    /// Further questions about the cheapest set.
     pub front: Option<PurchaseFront>,
-    /// How what sensors say becomes one label.
+    /// How the sensors' evidence is fused into one label.
     pub fusion: Fusion,
-    /// By its name, what was said of each sensor.
+    /// The terms of each sensor, by its name.
     pub sensors: BTreeMap<String, AskedSensor>,
-    /// What every set must pass.
+    /// The requirements of every set.
     pub require: Vec<AskedRequirement>,
     /// The hash of the tables of the study that decide requirements besides the counts: `approach`, `stopping`,
     /// `mounting_error` and `postures`.
@@ -50,15 +50,15 @@ pub struct PurchaseQuestion {
 pub struct AskedThen {
     /// The score, by its name.
     pub score: String,
-    /// Of which counts or approaches.
+    /// The counts or approaches that it covers.
     pub over: Across,
-    /// In which region is counted.
+    /// The region of its counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
 }
 
 impl AskedThen {
-    /// The score and its region, if it is one of counts.
+    /// The score and its region, if it is a score of counts.
     pub fn counted(&self) -> Option<(Score, &str)> {
         let score = Score::ALL.into_iter().find(|score| score.name() == self.score)?;
         Some((score, self.region.as_deref()?))
@@ -72,32 +72,32 @@ pub struct AskedRequirement {
     pub name: String,
     /// The score, by its name.
     pub score: String,
-    /// Of which counts, approaches or moments.
+    /// The counts, approaches or moments that it covers.
     pub over: Across,
-    /// In which region is counted.
+    /// The region of its counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
-    /// Only of this body.
+    /// Only this body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
-    /// Only by this entry.
+    /// Only this entry.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entry: Option<String>,
-    /// The limit, if the score must be this or more.
+    /// Lower limit, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_least: Option<f64>,
-    /// The limit, if the score must be this or less.
+    /// Upper limit, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_most: Option<f64>,
-    /// Under which conditions.
+    /// Its conditions.
     pub under: Vec<Condition>,
-    /// The safety function that it stands for.
+    /// The safety function that it represents.
     #[serde(rename = "for", default, skip_serializing_if = "Option::is_none")]
     pub safety_function: Option<String>,
 }
 
 impl PurchaseQuestion {
-    /// What a study asks for.
+    /// The question of a study.
     pub(super) fn new(study: &Study, purchase: &Purchase) -> PurchaseQuestion {
         let pose = |&[sensor, candidate]: &[usize; 2]| {
             let sensor = &study.sensors[sensor];
@@ -130,7 +130,7 @@ impl PurchaseQuestion {
         }
     }
 
-    /// Whether a study requires the same now, and its sensors cost the same.
+    /// Whether the study's requirements and costs are unchanged.
     pub(super) fn is_current(&self, study: &Study) -> bool {
         let cost_of = |sensor: &Sensor| self.sensors.get(&sensor.name).map(|asked| asked.cost);
         self.require.iter().eq(&AskedRequirement::from_study(study))
@@ -140,7 +140,7 @@ impl PurchaseQuestion {
 }
 
 impl AskedRequirement {
-    /// All that a study requires.
+    /// All requirements of a study.
     fn from_study(study: &Study) -> Vec<AskedRequirement> {
         study.requirements.iter().map(|one| AskedRequirement::new(study, one)).collect()
     }

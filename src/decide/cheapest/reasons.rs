@@ -9,8 +9,8 @@ use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_study::input::{ApproachScore, Condition, Limit, Measure, Requirement, Stopping, Study};
 
-/// Why nothing passes some terms: the places of the fewest requirements that cannot be met together, if each is needed
-/// for that. `is_possible` says whether any allowed set meets some of them.
+/// Why no set passes some terms: the places of a smallest group of requirements that cannot be met together, each of
+/// which is necessary. `is_possible` decides whether any allowed set meets a group.
 ///
 /// # Errors
 /// Those of a search.
@@ -37,29 +37,29 @@ pub(super) fn fewest(
     Ok(kept)
 }
 
-/// What stands in the way of a requirement that no set meets.
+/// Why no set meets a requirement.
 pub(super) enum Obstacle<'o> {
-    /// A body is too near where it comes in: so near, squared in voxels.
+    /// A body is already too near at its entry: its distance, squared in voxels.
     Entry { body: &'o str, entry: &'o str, squared: u32 },
     /// Fewer candidates notice a way in than a set needs.
     Way {
         body: &'o str,
         entry: &'o str,
         squared: u32,
-        /// Where the middle of the body is at its end, in world metres.
+        /// The body's centre at the end, in world metres.
         end_m: [f64; 3],
-        /// What stands before it.
+        /// The object in front of it.
         hidden_by: Option<String>,
         noticed_by: usize,
     },
-    /// The score of all candidates together, or of all but these, misses the limit.
+    /// The score of all candidates together, or without these, misses the limit.
     Counts { best: f64, without: Vec<String> },
-    /// No set is known to be near.
+    /// No cause was found.
     Unknown,
 }
 
 impl<'o> Obstacle<'o> {
-    /// The obstacle of a requirement, which is all that is tested; `items` has sensor and candidate of each candidate.
+    /// The obstacle of the only tested requirement; `items` has sensor and candidate of each candidate.
     pub(super) fn new(
         requirement: &Requirement,
         test: &'o PassingTest,
@@ -82,7 +82,7 @@ impl<'o> Obstacle<'o> {
         })
     }
 
-    /// In words, with what could help; how far people must be follows from `stopping`.
+    /// In words, with a remedy; `stopping` gives the required distance.
     pub(super) fn words(
         &self,
         study: &Study,
@@ -128,11 +128,11 @@ impl<'o> Obstacle<'o> {
     }
 }
 
-/// What helps where nothing else is known.
+/// The remedy if no cause was found.
 const CURE: &str = "allow more sensors, a larger budget or more places, or ask for less";
 
-/// What a requirement asks that cannot be met with others.
-pub(super) fn asked(study: &Study, requirement: &Requirement) -> String {
+/// A requirement that cannot be met together with others, in words.
+pub(super) fn describe_demand(study: &Study, requirement: &Requirement) -> String {
     let (side, limit) = match requirement.limit {
         Limit::AtLeast(limit) => ("at least", limit.value()),
         Limit::AtMost(limit) => ("at most", limit.value()),
@@ -142,7 +142,7 @@ pub(super) fn asked(study: &Study, requirement: &Requirement) -> String {
     format!("{} {side} {limit}{region}{}", requirement.score_name(), conditions(requirement))
 }
 
-/// The reasons of some requirements, by their places.
+/// The reasons for some requirements, by their places.
 pub(super) fn reports(
     terms: &Terms,
     places: &[usize],
@@ -155,14 +155,14 @@ pub(super) fn reports(
     places.iter().map(one).collect()
 }
 
-/// Under which conditions besides the plan.
+/// The conditions besides the plan.
 fn conditions(requirement: &Requirement) -> String {
     let besides = requirement.under.iter().filter(|&&condition| condition != Condition::AsPlanned);
     let names: Vec<&str> = besides.map(|condition| condition.name()).collect();
     if names.is_empty() { String::new() } else { format!(" under {}", names.join(", ")) }
 }
 
-/// How far a body must stay away by a requirement, in metres.
+/// The required distance of a body, in metres.
 fn needed_m(stopping: Option<&Stopping>, requirement: &Requirement) -> f64 {
     let Limit::AtLeast(limit) = requirement.limit else { return 0.0 };
     let besides =

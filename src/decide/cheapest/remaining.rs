@@ -1,4 +1,4 @@
-//! Requirements without a bound: shifted mounts, other people, and what a controller measures. A set that passes
+//! Requirements without a bound: shifted mounts, other people, and measurements of a controller. A set that passes
 //! everything else is judged, which casts its sensors again.
 
 use std::collections::BTreeMap;
@@ -16,13 +16,13 @@ use crate::view::Choice;
 /// Opens backends.
 pub(super) type OpenBackends<'t> = &'t dyn Fn() -> Result<ChosenBackends>;
 
-/// Judges what is left to be judged of sets.
+/// Judges the remaining requirements of sets.
 pub(super) struct Remaining<'t> {
-    /// The study with only that; none where nothing is left.
+    /// The study with only these requirements; `None` if there are none.
     study: Option<Study>,
     worlds: &'t [World],
     purchase: &'t Purchase,
-    /// Sensor and candidate of each candidate of the search.
+    /// Sensor and candidate index of each candidate of the search.
     items: &'t [[usize; 2]],
     open: OpenBackends<'t>,
     progress: &'t dyn Progress,
@@ -53,10 +53,10 @@ impl<'t> Remaining<'t> {
         Remaining { study, worlds, purchase, items, open, progress, judged: BTreeMap::new() }
     }
 
-    /// Whether a set passes; it has a member.
+    /// Whether a set with at least one member passes.
     ///
     /// # Errors
-    /// When a backend fails; `Error::Stopped`.
+    /// If a backend fails; `Error::Stopped`.
     pub(super) fn passes(&mut self, set: &[usize]) -> Result<bool> {
         let Some(study) = &self.study else { return Ok(true) };
         if let Some(&known) = self.judged.get(set) {
@@ -80,7 +80,7 @@ pub(super) fn combination(
     set: &[usize],
 ) -> Combination {
     let mut members: Vec<[usize; 2]> = set.iter().map(|&item| items[item]).collect();
-    // As in any combination, who speaks last stands last.
+    // In a combination, the sensor that takes precedence is last.
     members.sort_by_key(|&[sensor, _]| study.sensors[sensor].kind.speaks_last());
     let member = |[sensor, candidate]: [usize; 2]| Member { sensor, candidates: vec![candidate] };
     Combination { name, fusion: purchase.fusion, members: members.into_iter().map(member).collect() }

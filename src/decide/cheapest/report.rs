@@ -26,24 +26,24 @@ pub struct PurchaseReport {
     pub format: u32,
     /// The version of the program.
     pub perirobot: String,
-    /// The version of what counts mean.
+    /// The version of the rules of counting.
     pub semantics_version: u32,
     /// The study's file.
     pub study: String,
-    /// What tells the study from every other, as far as counts go.
+    /// Fingerprint of everything in the study that affects counts.
     pub fingerprint: String,
-    /// How many candidates there are.
+    /// The number of candidates.
     pub candidates: usize,
     /// Edge of a voxel in metres.
     pub voxel_size_m: f64,
-    /// Whether sensors measured without noise, whatever the study says.
+    /// Whether sensors measured without noise, overriding the study.
     pub noiseless: bool,
-    /// What was asked.
+    /// The question.
     pub asked: PurchaseQuestion,
     /// The answer for each aim: all requirements first.
     pub points: Vec<PurchasePoint>,
-    /// What proves that cheaper sets fail, besides scores of counts: ways in, of each of which a passing set has at least one
-    /// of some candidates, or one more than may be dead.
+    /// Proof that cheaper sets fail, besides scores of counts: ways in, each noticed by at least one of its candidates
+    /// in a passing set, or by one more than may be dead.
     pub ways_in: Vec<ProvenWay>,
     /// Whether the search was stopped.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -53,51 +53,51 @@ pub struct PurchaseReport {
 /// The cheapest set for one aim.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PurchasePoint {
-    /// What it passes.
+    /// The terms of the set.
     pub aim: AimReport,
-    /// The cheapest set that was found.
+    /// The cheapest set found.
     pub set: Option<PurchasedSet>,
-    /// No set that passes costs less; `None` if no allowed set passes.
+    /// Lower bound of the cost of a passing set; `None` if no allowed set passes.
     pub no_set_below: Option<Cost>,
     /// Whether all cheaper sets are proven to fail, or all sets if none passes.
     pub proven: bool,
-    /// Whether no set of the same cost has a better score, if one decides among them.
+    /// Whether no set of the same cost has a better score, if a score decides.
     pub best_of_cost: bool,
-    /// How many passing sets of the best one's cost were compared by that score, if not all were.
+    /// The number of passing sets of the same cost compared by that score, if not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<u64>,
-    /// How many other sets of the same cost pass, if no score decides among them; up to 9 are counted, and none where that
-    /// takes too many tests.
+    /// The number of other passing sets of the same cost, if no score decides; at most 9 are counted, and `None` if
+    /// that takes too many tests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ties: Option<usize>,
-    /// How many sets were tested.
+    /// The number of tested sets.
     pub tested: u64,
-    /// Which two sensors of the set disturb each other, each as in `camera:wall/8/1`, if sensors might.
+    /// Pairs of the set that disturb each other, each as in `camera:wall/8/1`, if that is allowed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub disturbed: Vec<[String; 2]>,
-    /// Why nothing passes: all of these together, and not fewer.
+    /// Why no set passes: a minimal group of requirements.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub reasons: Vec<ReasonReport>,
-    /// Of a set that meets a number of requirements, those that it misses; it meets all others.
+    /// For a set that meets a number of requirements, those that it misses.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missed: Vec<String>,
 }
 
-/// What a set is to pass.
+/// The terms of a set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AimReport {
     /// All requirements.
     All,
-    /// All requirements, if sensors might disturb each other.
+    /// All requirements, with sensors that may disturb each other.
     Disturbed,
-    /// All requirements at a speed of the robot, in metres a second.
+    /// All requirements at a speed of the robot, in metres per second.
     Speed(f64),
-    /// All requirements but the one of this name.
+    /// All requirements except this one.
     Without(String),
-    /// At least so many requirements, whichever they are.
+    /// Any group of at least this many requirements.
     Number(usize),
-    /// All requirements but those of these names, which are the reasons that nothing passes all.
+    /// All requirements except these, which cannot be met.
     Nearest(Vec<String>),
 }
 
@@ -106,9 +106,9 @@ pub enum AimReport {
 pub struct PurchasedSet {
     /// The name of its combination in results.csv.
     pub name: String,
-    /// What it costs.
+    /// Its cost.
     pub cost: Cost,
-    /// The score that decides among sets of the same cost, if there is one and it has a value.
+    /// The score that decides among sets of the same cost, if any.
     pub score: Option<f64>,
     /// Its sensors.
     pub sensors: Vec<PurchasedSensor>,
@@ -121,44 +121,44 @@ pub struct PurchasedSensor {
     pub sensor: String,
     /// The pose's name.
     pub pose: String,
-    /// Where that is, in words.
+    /// The place in words.
     pub place: String,
-    /// What it costs.
+    /// Its cost.
     pub cost: Cost,
 }
 
-/// A way in, and who notices it.
+/// A way in, and the candidates that notice it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProvenWay {
     /// The scene.
     pub scene: String,
     /// Whether the people of the scene are there.
     pub people: String,
-    /// Which repeat, counted from 0.
+    /// The repeat, counted from 0.
     pub repeat: usize,
-    /// Who comes.
+    /// The body.
     pub body: String,
-    /// By which entry.
+    /// The entry.
     pub entry: String,
     /// The lowest corner of the box around the body at each place, in voxels of the grid.
     pub places: Vec<[i32; 3]>,
-    /// How near it comes at the end, in metres.
+    /// Closest distance at the end, in metres.
     pub nearest_m: f64,
-    /// All candidates but these together do not notice it there; as in `camera:wall/8/1`.
+    /// The candidates that notice it, as in `camera:wall/8/1`: all others together do not.
     pub noticed_by: Vec<String>,
 }
 
-/// A requirement that cannot be met, alone or with others.
+/// A requirement that cannot be met, alone or together with others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReasonReport {
     /// The requirement.
     pub requirement: String,
-    /// Why it cannot be met, and what could help; of several that cannot be met together, what is asked of it.
+    /// Why it cannot be met, with a remedy; if several cannot be met together, its limit.
     pub why: String,
 }
 
 impl PurchasedSet {
-    /// As in the column `poses` of results.csv.
+    /// The set as in the column `poses` of results.csv.
     pub fn poses(&self) -> String {
         let each = self.sensors.iter().map(|one| format!("{}:{}", one.sensor, one.pose));
         each.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
@@ -189,23 +189,23 @@ impl PurchaseReport {
         }
     }
 
-    /// What the command line overrode of the study.
+    /// The overrides of the command line.
     pub fn overrides(&self) -> Overrides {
         Overrides { voxel_size_m: Some(self.voxel_size_m), noiseless: self.noiseless }
     }
 
-    /// Whether results are those of its sets: a sweep may have taken their place in the folder.
+    /// Whether results belong to its sets: a later sweep may have replaced them in the folder.
     pub fn is_of(&self, subject: &Subject) -> bool {
         let swept = subject.combinations.iter().map(|one| (one.choices(), one.name_of(0)));
         self.sets().into_iter().map(|set| (1, set.poses())).eq(swept)
     }
 
-    /// Whether a study requires now what its sets were to pass, and its sensors cost what they did.
+    /// Whether the study's requirements and costs are unchanged.
     pub fn is_current(&self, study: &Study) -> bool {
         self.asked.is_current(study)
     }
 
-    /// An amount of money in the study's currency.
+    /// An amount in the study's currency.
     pub fn amount(&self, cost: Cost) -> String {
         cost.to_text(self.asked.currency.as_deref())
     }
@@ -215,12 +215,12 @@ impl PurchaseReport {
         &self.points[0]
     }
 
-    /// What would be the answer if sensors might disturb each other, if that is asked and is better: that they may not is then
-    /// what the answer costs more, or why nothing passes.
+    /// The answer without the exclusion of disturbing pairs, if requested and better: the exclusion then explains the
+    /// additional cost, or why no set passes.
     pub fn bound_by_disturb(&self) -> Option<&PurchasePoint> {
         let if_disturbed = self.points.iter().find(|point| point.aim == AimReport::Disturbed)?;
         let is_better = match (&self.main().set, &if_disturbed.set) {
-            // Among more sets none is worse.
+            // A superset of allowed sets is never worse.
             (Some(own), Some(other)) if own.cost == other.cost => {
                 own.score != other.score && if_disturbed.best_of_cost
             }
@@ -230,7 +230,7 @@ impl PurchaseReport {
         (is_better && !if_disturbed.disturbed.is_empty()).then_some(if_disturbed)
     }
 
-    /// The set that is recommended: the one that passes all, or comes nearest.
+    /// The recommended set: the one that passes all, or comes nearest.
     pub fn recommended(&self) -> Option<&PurchasedSet> {
         let is_first = |point: &&PurchasePoint| matches!(point.aim, AimReport::All | AimReport::Nearest(_));
         self.points.iter().filter(is_first).find_map(|point| point.set.as_ref())
@@ -273,7 +273,7 @@ impl PurchaseReport {
         FILE.write(folder, self)
     }
 
-    /// Reads it; `None` where no cheapest set was looked for.
+    /// Reads it; `None` if the folder has no answer for a cheapest set.
     ///
     /// # Errors
     /// Those of a file that is damaged or of another version.
@@ -286,10 +286,10 @@ impl PurchaseReport {
         Ok(report)
     }
 
-    /// Removes an earlier answer from a folder, with the counts of its sets, which are no sweep of a user's.
+    /// Removes an earlier answer from a folder, with the counts of its sets, which are not a sweep of the user.
     ///
     /// # Errors
-    /// When a file cannot be removed.
+    /// If a file cannot be removed.
     pub fn forget(folder: &Path) -> Result<()> {
         match folder.join(FILE.name).exists() {
             true => remove_files([FILE.name, CHEAPEST, JOURNAL].map(|name| folder.join(name))),
@@ -351,7 +351,7 @@ impl AimReport {
         }
     }
 
-    /// What the combination of its set is called.
+    /// The name of the combination of its set.
     pub(super) fn title(&self) -> String {
         match self {
             AimReport::All => "cheapest".into(),

@@ -15,19 +15,19 @@ use super::terms::Terms;
 /// Time between two reports of one part of a question.
 pub(super) const BETWEEN_REPORTS: Duration = Duration::from_millis(100);
 
-/// Reports what a search knows, part by part of its question. Between the parts nothing is reported.
+/// Reports the progress of a search, part by part of its question. Nothing is reported between the parts.
 pub(super) struct SearchReporter<'s, 'a> {
     purchasing: &'s Purchasing<'a>,
     progress: &'s dyn Progress,
     between: Duration,
     part: RefCell<Option<Part>>,
-    /// How many parts have begun.
+    /// The number of parts begun.
     begun: Cell<usize>,
-    /// When anything was reported last.
+    /// Time of the last report.
     last: Cell<Option<Instant>>,
 }
 
-/// What is known of a part of a question.
+/// The progress of one part of a question.
 struct Part {
     number: usize,
     title: String,
@@ -35,7 +35,7 @@ struct Part {
     tested: u64,
     no_set_below: u64,
     best: Option<FoundPurchase>,
-    /// If sets must meet a number of requirements, what is known of them besides the search for some of these.
+    /// Bounds besides those of the current search, if sets must meet a number of requirements.
     families: Option<FamiliesKnown>,
 }
 
@@ -57,7 +57,7 @@ impl<'s, 'a> SearchReporter<'s, 'a> {
         *self.part.borrow_mut() = Some(Part { number, title, terms, tested, no_set_below, best, families });
     }
 
-    /// Takes what is known besides the next search, whose sets need not meet enough requirements.
+    /// Records bounds besides those of the next search, whose sets need not meet enough requirements.
     pub(super) fn show_families(&self, known: FamiliesKnown) {
         if let Some(part) = &mut *self.part.borrow_mut() {
             part.best.clone_from(&known.best);
@@ -65,7 +65,7 @@ impl<'s, 'a> SearchReporter<'s, 'a> {
         }
     }
 
-    /// Takes what a search knows.
+    /// Records the progress of a search.
     pub(super) fn show(&self, known: CheapestKnown) {
         let mut part = self.part.borrow_mut();
         let Some(part) = &mut *part else { return };
@@ -120,7 +120,7 @@ impl Part {
     }
 }
 
-/// What is known of a part of a question, in words.
+/// The progress of one part of a question, in words.
 pub fn purchase_progress_of(state: &PurchaseState) -> String {
     let amount = |cost: u64| Cost::from_thousandths(cost).to_text(state.currency.as_deref());
     let none = if state.is_proven { "no set passes" } else { "none found yet" };

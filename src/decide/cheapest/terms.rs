@@ -1,4 +1,4 @@
-//! What sets must pass: the requirements of a study, all of them or some, at the highest of its speeds or a lower one.
+//! The terms of sets: all or some requirements of a study, at the highest of its speeds or a lower one.
 
 use perirobot_march::metrics::Score;
 use perirobot_study::input::{
@@ -8,38 +8,38 @@ use perirobot_study::input::{
 use crate::approach::NearestApproach;
 use crate::judge::{Conditions, approach_value, requirements_at_speeds};
 
-/// What a set is to pass.
+/// The terms of a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PurchaseAim {
     /// All requirements.
     All,
-    /// All requirements, if sensors might disturb each other.
+    /// All requirements, with sensors that may disturb each other.
     Disturbed,
-    /// All requirements, so that the robot may run at the speed of this number.
+    /// All requirements at the robot speed of this number.
     Speed(usize),
-    /// All requirements but the one of this number.
+    /// All requirements except the one of this number.
     Without(usize),
-    /// At least so many requirements, whichever they are.
+    /// Any group of at least this many requirements.
     Number(usize),
 }
 
-/// Requirements that a set must meet, and the speeds of the robot at which it must.
+/// The requirements of a set, and their robot speeds.
 #[derive(Clone, Debug)]
 pub(super) struct Terms {
     /// The requirements.
     pub(super) requirements: Vec<Requirement>,
-    /// The speeds up to the one at which the robot may run.
+    /// The speeds up to that of the robot.
     pub(super) stopping: Option<Stopping>,
 }
 
 impl Terms {
-    /// All that a study requires.
+    /// All requirements of a study.
     pub(super) fn from_study(study: &Study) -> Terms {
         Terms { requirements: study.requirements.clone(), stopping: study.stopping.clone() }
     }
 
-    /// What it requires so that the robot may run at one of its speeds, by its number: what belongs to a speed is
-    /// required at this one and at all slower ones.
+    /// The requirements at one of the robot's speeds, by its number: those of a speed apply to this one and to all
+    /// slower ones.
     pub(super) fn at_speed(study: &Study, speed: usize) -> Terms {
         let is_of_speed = |requirement: &Requirement| {
             let region = requirement.region().map(|region| &study.regions[region].1);
@@ -47,24 +47,24 @@ impl Terms {
         };
         let own = study.requirements.iter().filter(|one| !is_of_speed(one)).cloned();
         let at_speeds = requirements_at_speeds(study).into_iter();
-        // The fastest first: what fails is told of it.
+        // Fastest first: a failure is reported for the fastest speed.
         let at_speeds = at_speeds.filter(|(at, _)| *at <= speed).map(|(_, requirement)| requirement).rev();
         let stopping = study.stopping.as_ref().map(|stopping| stopping.up_to(speed));
         Terms { requirements: own.chain(at_speeds).collect(), stopping }
     }
 
-    /// The same with some of the requirements only, by their places.
+    /// The same with only some of the requirements, by their places.
     pub(super) fn only(&self, places: &[usize]) -> Terms {
         let own = self.requirements.iter().enumerate().filter(|(place, _)| places.contains(place));
         Terms { requirements: own.map(|(_, one)| one.clone()).collect(), stopping: self.stopping.clone() }
     }
 
-    /// The places of all requirements but one.
-    pub(super) fn others(&self, left_out: usize) -> Vec<usize> {
+    /// The places of all requirements except one.
+    pub(super) fn all_but(&self, left_out: usize) -> Vec<usize> {
         (0..self.requirements.len()).filter(|&place| place != left_out).collect()
     }
 
-    /// A score of bodies of which the nearest comes so near, squared in voxels.
+    /// The score of a body with this closest distance, squared in voxels.
     pub(super) fn near_value(
         &self,
         study: &Study,
@@ -77,7 +77,8 @@ impl Terms {
         approach_value(score, &near, &scale).map(|value| value.number())
     }
 
-    /// The requirements with the conditions that have no bound, and are judged; without requirements that have none.
+    /// The requirements with the conditions that have no bound and must be judged; requirements without such conditions
+    /// are removed.
     pub(super) fn remaining(&self) -> Vec<Requirement> {
         let remaining = |one: &Requirement| {
             let under = one.under.iter().copied().filter(|&condition| !is_counted(one, condition)).collect();
@@ -87,18 +88,18 @@ impl Terms {
     }
 }
 
-/// Whether what is cast of each candidate decides a requirement under a condition. Unions of it do not tell what two
-/// candidates see.
+/// Whether the evidence of the single candidates decides a requirement under a condition. Their union does not contain
+/// the overlap of two candidates.
 pub(super) fn is_counted(requirement: &Requirement, condition: Condition) -> bool {
     dead_in(condition).is_some() && !requirement.is_of_controller() && !is_of_overlap(requirement)
 }
 
-/// Whether it requires how much at least two sensors see.
+/// Whether it limits the share seen by at least two sensors.
 pub(super) fn is_of_overlap(requirement: &Requirement) -> bool {
     requirement.counted_score().is_some_and(|counted| counted.score == Score::SeenTwice)
 }
 
-/// How many sensors are dead under a condition, if that is all that is different.
+/// The number of dead sensors of a condition, if that is its only alteration.
 pub(super) fn dead_in(condition: Condition) -> Option<usize> {
     match condition {
         Condition::AsPlanned => Some(0),
@@ -108,7 +109,7 @@ pub(super) fn dead_in(condition: Condition) -> Option<usize> {
     }
 }
 
-/// A score of counts that bounds a search, with what it must be: its limit is on the side that less is worse.
+/// A score of counts that bounds a search, with its limit: the limit is on the side where less is worse.
 pub(super) fn bounding(requirement: &Requirement) -> Option<(&Counted, Limit)> {
     let counted = requirement.counted_score().filter(|_| !is_of_overlap(requirement))?;
     let is_upper = matches!(requirement.limit, Limit::AtMost(_));

@@ -1,4 +1,4 @@
-//! Against judging every set.
+//! Comparison with judging every set.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -47,16 +47,16 @@ impl Random {
 
 const SCENE: &str = include_str!("../../../scenes/approach/cell.toml");
 
-/// A study of some cameras and a pad around a robot, a shelf and a colleague, with some requirements.
+/// A study of cameras and a pad around a robot, a shelf and a colleague, with random requirements.
 fn made_up_study(random: &mut Random) -> String {
-    // Sensors that may be wrong, and outvoted.
+    // Sensors with noise, which others may outvote.
     let is_noisy = random.below(3) == 0;
     let fusion = ["occupied_wins", "octomap"][random.below(2) as usize];
     let (noise, begin) = match is_noisy {
         true => ("noise = { std_m = 0.15 }\n", format!("seed = 3\nrepeats = 2\nfusion = \"{fusion}\"\n")),
         false => ("", String::new()),
     };
-    // Some emit light, and may not disturb each other.
+    // Some emit light and disturb each other.
     let light = |number: u32| ["", "emits = \"tof\"\n", "emits = \"structured_light\"\n"][number as usize];
     let lights = [[0, 0], [1, 1], [1, 1], [1, 2]][random.below(4) as usize];
     let mut text = begin
@@ -200,8 +200,8 @@ fn allowed_sets(
     (0..1 << items.len()).map(subset).filter(is_allowed).collect()
 }
 
-/// The names of the requirements that a set misses, and the score that decides among sets of the same cost, as judge has
-/// them; more is better.
+/// The requirements that a set misses, by name, and the score that decides among sets of the same cost, both from
+/// judge; more is better.
 fn judged(
     study: &Study,
     purchase: &Purchase,
@@ -240,7 +240,7 @@ fn judged(
     (missed, then)
 }
 
-/// Nothing, F1, overlap or a distance.
+/// 0 without a score, 1 for F1, 2 for overlap, 3 for a distance.
 fn kind_of(then: &Option<ThenScore>) -> usize {
     match then {
         None => 0,
@@ -250,10 +250,10 @@ fn kind_of(then: &Option<ThenScore>) -> usize {
     }
 }
 
-/// A set as judge has it.
+/// A set with its verdict.
 struct JudgedSet {
     set: Vec<usize>,
-    /// The names of the requirements that it misses.
+    /// The missed requirements, by name.
     missed: Vec<String>,
     then: Option<f64>,
 }
@@ -270,14 +270,14 @@ fn numbers_of(study: &Study, items: &[[usize; 2]], set: &PurchasedSet) -> Vec<us
 }
 
 #[test]
-fn the_cheapest_set_is_that_of_judging_every_set() {
+fn the_cheapest_set_equals_that_of_judging_every_set() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
     let (mut some, mut none, mut refused, mut cheaper, mut dear, mut bound) = (0, 0, 0, 0, 0, 0);
     let (mut ties, mut decided) = (0, [0; 4]);
     for case in 0..cases(60, 500) {
-        // Until all kinds were met.
+        // Runs until all kinds have occurred.
         if case >= cases(12, 500)
             && [some, none, cheaper, dear].into_iter().min() > Some(2)
             && refused.min(bound).min(ties) > 0
@@ -323,8 +323,8 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let most = of_cost.clone().filter_map(|(_, then)| *then).max_by(f64::total_cmp);
             assert_eq!(set.score, most, "case {case}\n{text}");
             let others = of_cost.clone().count() - 1;
-            let told = purchase.then.is_none().then_some(others.min(MOST_TIES));
-            assert_eq!(found.ties, told, "case {case}\n{text}");
+            let expected_ties = purchase.then.is_none().then_some(others.min(MOST_TIES));
+            assert_eq!(found.ties, expected_ties, "case {case}\n{text}");
             ties += usize::from(purchase.then.is_none() && others > 0);
             let is_less = of_cost.clone().any(|(_, then)| *then < most);
             decided[kind_of(&purchase.then)] += usize::from(is_less);
@@ -368,7 +368,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             assert!(!has_cost_bound || report.bound_by_disturb() == Some(point), "case {case}\n{text}");
             bound += usize::from(report.bound_by_disturb().is_some());
         }
-        // Other code says the same, and refuses what is not so.
+        // The verifier agrees, and refuses false claims.
         let is_worse = |&&(ref set, then): &&(Vec<usize>, Option<f64>)| {
             Some(cost_of(set)) == cost && then < found.set.as_ref().and_then(|set| set.score)
         };
@@ -414,8 +414,8 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             let terms = Terms::from_study(&study);
             wrong.points[0] = purchasing.point(AimReport::All, &terms, &answer, Vec::new());
             let error = verify(wrong).unwrap_err().to_string();
-            let told = "points[0].best_of_cost: this set passes, costs no more and is better";
-            assert!(error.contains(told), "case {case}: {error}\n{text}");
+            let claim = "points[0].best_of_cost: this set passes, costs no more and is better";
+            assert!(error.contains(claim), "case {case}: {error}\n{text}");
         }
         if let Some(ties) = found.ties {
             let mut wrong = report.clone();
@@ -432,8 +432,8 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
             wrong.points[0] =
                 purchasing.point(AimReport::All, &Terms::from_study(&study), &answer, Vec::new());
             let error = verify(wrong).unwrap_err().to_string();
-            let told = "points[0].no_set_below: this set passes";
-            assert!(error.contains(told), "case {case}: {error}: {:?}, {passing:?}\n{text}", report.main());
+            let claim = "points[0].no_set_below: this set passes";
+            assert!(error.contains(claim), "case {case}: {error}: {:?}, {passing:?}\n{text}", report.main());
             refused += 1;
         }
         if cost.is_some() {
@@ -441,15 +441,19 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
         } else {
             none += 1
         }
-        // A dearer set for a number of requirements is refused, and so are other names of what it misses.
+        // A more expensive set for a number of requirements is refused, and so is another list of missed ones.
         for (number, point) in report.points.iter().enumerate() {
             let (AimReport::Number(least), Some(set)) = (&point.aim, &point.set) else { continue };
             let refuse = |point: PurchasePoint, key: &str| {
                 let mut wrong = report.clone();
                 wrong.points[number] = point;
-                let said = verify(wrong).err().map_or("it holds".into(), |error| error.to_string());
+                let message = verify(wrong).err().map_or("it holds".into(), |error| error.to_string());
                 let place = format!("points[{number}].{key}");
-                assert!(said.contains(&place), "case {case}, {place}: {said}\n{:?}\n{text}", report.points);
+                assert!(
+                    message.contains(&place),
+                    "case {case}, {place}: {message}\n{:?}\n{text}",
+                    report.points
+                );
             };
             let missed = match point.missed.is_empty() {
                 true => vec![study.requirements[0].name.clone()],
@@ -482,7 +486,7 @@ fn the_cheapest_set_is_that_of_judging_every_set() {
     assert!(decided[1..].iter().all(|&one| one > 0), "{decided:?} were decided by F1, overlap, distance");
 }
 
-/// Keeps what a search reports; stops it after so many reports.
+/// Stores progress reports; stops the search after a number of them.
 #[derive(Default)]
 struct Reports {
     all: Mutex<Vec<PurchaseState>>,
@@ -500,12 +504,12 @@ impl Progress for Reports {
     }
 }
 
-/// Asserts that reports of each part lead to its point, and that none says more than is so.
+/// Asserts that the reports of each part lead to its point, and that none claims too much.
 #[track_caller]
 fn assert_reports(all: &[PurchaseState], answer: &PurchaseReport) {
     let mut parts: Vec<&[PurchaseState]> = all.chunk_by(|a, b| a.part == b.part).collect();
     assert!(parts.iter().enumerate().all(|(number, own)| own[0].part == number));
-    // Where leaving out some requirements is not enough, more are left out.
+    // If leaving out some requirements is not enough, more are left out.
     parts.retain(|own| own[0].title != "nearest" || own.last().is_some_and(|last| last.best.is_some()));
     assert_eq!(parts.len(), answer.points.len());
     for (own, point) in parts.into_iter().zip(&answer.points) {
@@ -538,7 +542,7 @@ fn assert_reports(all: &[PurchaseState], answer: &PurchaseReport) {
     }
 }
 
-/// What a search reports while it runs is never more than what it finds, and it finds the same as without reports.
+/// Progress reports never exceed the result, and do not change it.
 #[test]
 fn reports_lead_to_the_answer() {
     let folder = tempfile::tempdir().unwrap();
@@ -569,7 +573,7 @@ fn reports_lead_to_the_answer() {
             let bounds: BTreeSet<u64> = own.iter().filter_map(|state| state.no_set_below).collect();
             raised += usize::from(bounds.len() > 2);
         }
-        // Wherever it is stopped, what was reported is kept with its bound.
+        // Wherever it is stopped, reported sets and bounds remain in the answer.
         for most in 1..all.len().min(30) {
             let reports = Reports { most: Some(most), ..Reports::default() };
             let cut = purchasing.search(&evidence, &ways, &open, &reports).unwrap();
@@ -581,9 +585,9 @@ fn reports_lead_to_the_answer() {
     assert!(improved > 2 && raised > 2 && kept > 2, "{improved} improved, {raised} raised, {kept} kept");
 }
 
-/// Wherever a search is stopped, it reports that it is not complete, or has found everything.
+/// A stopped search reports that it is incomplete, or has found everything.
 #[test]
-fn a_search_that_is_stopped_says_so() {
+fn a_stopped_search_is_marked() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("study.toml");
     std::fs::write(folder.path().join("cell.toml"), SCENE).unwrap();
@@ -602,8 +606,8 @@ fn a_search_that_is_stopped_says_so() {
         assert!(!whole.stopped && whole.points.len() > 1);
         passing += usize::from(whole.main().set.is_some());
         for most in [0, 1, 2, 3, 5, 8, 13, 21, 34, 55] {
-            let asked = AtomicUsize::new(0);
-            let stop = || (asked.fetch_add(1, Relaxed) >= most).then(|| "stopped".to_string());
+            let calls = AtomicUsize::new(0);
+            let stop = || (calls.fetch_add(1, Relaxed) >= most).then(|| "stopped".to_string());
             match purchasing.search(&evidence, &ways, &open, &stop) {
                 Ok(report) if report.stopped => {
                     let input = purchasing.proof_input(&evidence, &|| None);
@@ -613,7 +617,7 @@ fn a_search_that_is_stopped_says_so() {
                     cut += 1;
                 }
                 Ok(report) => assert_eq!(report.points, whole.points, "{front}, stopped after {most}"),
-                // Judging a set is stopped with an error.
+                // A stopped judgement is an error.
                 Err(error) => assert!(matches!(error, Error::Stopped(_)), "{error}"),
             }
         }

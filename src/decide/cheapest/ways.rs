@@ -1,4 +1,4 @@
-//! Approaches: what each candidate watches, and the candidates of which a passing set needs some.
+//! Approaches: the voxels that each candidate watches, and groups of candidates of which a passing set needs some.
 
 use std::sync::Arc;
 
@@ -13,46 +13,46 @@ use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::truth::Truth;
 use perirobot_study::input::Study;
 
-/// One scene in some company and repeat, all its snapshots at once.
+/// A scene in one company and repeat, with all its snapshots.
 pub struct SceneWays<'g> {
     moment: ApproachMoment<'g>,
     ground: &'g Ground<'g>,
     /// The ways in, body by body.
     pub(super) passages: Vec<Passage>,
-    /// For each candidate and snapshot what it watches where bodies may be.
+    /// For each candidate and snapshot, the watched voxels in the space of bodies.
     watched: Vec<Vec<Arc<BitGrid>>>,
     counts: WatchCounts,
     looking: Watchers<'g>,
-    /// What is where at each snapshot.
+    /// The contents of each snapshot.
     truths: Vec<Arc<Truth>>,
 }
 
 /// A path on which a body comes near, and the candidates that notice it there.
 #[derive(Clone, Debug)]
 pub(super) struct WayIn {
-    /// Which of the scenes, companies and repeats.
+    /// Index of scene, company and repeat.
     pub(super) scene: usize,
-    /// Which of its passages.
+    /// Index of the passage.
     pub(super) passage: usize,
     /// The places of the body.
     pub(super) places: Vec<[i32; 3]>,
-    /// How near it comes at the end, squared in voxels.
+    /// The distance at the end, squared in voxels.
     pub(super) squared: u32,
-    /// The candidates of which one at least notices it: all others together do not.
+    /// A minimal group of candidates: all others together do not notice the body.
     pub(super) noticed_by: Vec<usize>,
 }
 
 impl<'g> SceneWays<'g> {
-    /// How many looks of a candidate at a snapshot there are in all scenes.
+    /// The number of pairs of candidate and snapshot in all scenes.
     pub(super) fn total(study: &Study, grounds: &[Ground], candidates: usize) -> u64 {
         let looks = |ground: &Ground| (ground.companies().len() * ground.worlds.len()) as u64;
         grounds.iter().map(looks).sum::<u64>() * u64::from(study.repeats) * candidates as u64
     }
 
-    /// Looks from each candidate at each scene.
+    /// Computes what each candidate watches in each scene.
     ///
     /// # Errors
-    /// `Error::Stopped`; when there is nothing that bodies come near to.
+    /// `Error::Stopped`; if no hazard exists.
     pub(super) fn all(
         study: &'g Study,
         grounds: &'g [Ground<'g>],
@@ -122,28 +122,28 @@ impl<'g> SceneWays<'g> {
         all
     }
 
-    /// What each body can do from each entry where these voxels are watched, in the order of the passages.
+    /// The reach of each body from each entry with these voxels watched, in the order of the passages.
     pub(super) fn nearest(&self, watched: &BitGrid) -> Vec<NearestApproach> {
         self.moment.nearest(watched)
     }
 
-    /// How near each body is at each entry whatever is watched, squared in voxels; `None` where it has no room.
+    /// The distance of each body at each entry, independent of sensors, squared in voxels; `None` if it does not fit.
     pub(super) fn at_entries(&self) -> Vec<Option<u32>> {
         self.moment.entries().into_iter().map(|(_, squared)| squared).collect()
     }
 
-    /// Where each body has room.
+    /// The free places of each body.
     pub(super) fn free(&self) -> &[BitGrid] {
         self.moment.free()
     }
 
-    /// The same of the bodies on the floor, with their numbers.
+    /// The same for bodies on the floor, with their numbers.
     pub(super) fn free_floor(&self) -> impl Iterator<Item = (usize, &BitGrid)> {
         self.free().iter().enumerate().filter(|(body, _)| self.ground.bodies[*body].on_floor)
     }
 
-    /// Where a candidate and some others may notice each body together at the first snapshot, if there are so many
-    /// ([`ApproachMoment::may_notice`]).
+    /// The places where a candidate and others may notice each body together at the first snapshot, for a given number
+    /// of sensors ([`ApproachMoment::may_notice`]).
     pub(super) fn may_notice(&self, item: usize, sensors: usize) -> Vec<BitGrid> {
         let watched = self.watched[item][0].to_window(self.moment.body_window());
         self.moment.may_notice(&watched, sensors)
@@ -155,8 +155,8 @@ impl<'g> SceneWays<'g> {
         [passage / entries, passage % entries]
     }
 
-    /// A path by which a passage leads too near, and on which some candidates do not notice the body, with as few others
-    /// as can be found who do.
+    /// A path by which a passage leads too near, which some candidates do not notice, with as few others as possible
+    /// that do.
     pub(super) fn way_in(
         &self,
         [scene, passage]: [usize; 2],
@@ -170,14 +170,14 @@ impl<'g> SceneWays<'g> {
         Some(WayIn { scene, passage, places, squared, noticed_by })
     }
 
-    /// Where the middle of the body is at the end of a way, in world metres.
+    /// The body's centre at the end of a way, in world metres.
     pub(super) fn end_m(&self, way: &WayIn) -> [f64; 3] {
         let body = &self.ground.bodies[self.body_and_entry(way.passage)[0]];
         let end = way.places.last().copied().unwrap_or_default();
         body.middle_m(end, &self.ground.worlds[0].grid).to_array()
     }
 
-    /// The object that stands before the end of a way, seen from most candidates.
+    /// The object in front of the end of a way, as seen from most candidates.
     pub(super) fn hiding_object(&self, way: &WayIn) -> Option<String> {
         let body = &self.ground.bodies[self.body_and_entry(way.passage)[0]];
         let watches = self.ground.worlds.iter().zip(&self.truths);
@@ -186,7 +186,7 @@ impl<'g> SceneWays<'g> {
         shadow(body, *way.places.last()?, &self.looking, &watches)
     }
 
-    /// The candidates outside of a maximal set that contains `unnoticing` and does not notice a body on a path.
+    /// The candidates outside a maximal set that contains `unnoticing` and does not notice a body on a path.
     fn noticed_by(&self, passage: usize, places: &[[i32; 3]], unnoticing: &[usize]) -> Vec<usize> {
         let sight = PathSight::new(self, self.body_and_entry(passage)[0], places);
         let mut missing = sight.nothing();
@@ -195,7 +195,7 @@ impl<'g> SceneWays<'g> {
         let others = (0..self.watched.len()).filter(|item| !unnoticing.contains(item));
         let mut others: Vec<(u32, usize)> =
             others.map(|item| (seen(item), item)).filter(|(seen, _)| *seen > 0).collect();
-        // Who watches little of it first: more of them fit together.
+        // Those that watch little of it first: more of them fit together.
         others.sort_unstable();
         let mut among = Vec::new();
         for (_, item) in others {
@@ -211,12 +211,12 @@ impl<'g> SceneWays<'g> {
     }
 }
 
-/// What candidates watch of the voxels of a body along a path.
+/// What candidates watch of a body's voxels along a path.
 struct PathSight {
-    /// For each place of the path the voxels of the body.
+    /// The voxels of the body at each place of the path.
     bodies: Vec<Vec<u64>>,
     min_voxels: u32,
-    /// For each candidate and snapshot the voxels that it watches.
+    /// The watched voxels of each candidate and snapshot.
     seen: Vec<Vec<Vec<u64>>>,
     words: usize,
     snapshots: usize,
@@ -284,7 +284,7 @@ impl PathSight {
     }
 }
 
-/// The voxels that are in all of some sets.
+/// The intersection of some sets.
 fn at_all(room: Window, sets: &[Arc<BitGrid>]) -> BitGrid {
     let mut all = BitGrid::full(room);
     sets.iter().for_each(|one| all.keep(one));

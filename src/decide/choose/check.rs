@@ -1,5 +1,5 @@
-//! The CPU counts the first candidates of a device again, and then a small share: a driver that casts wrongly is found
-//! before its evidence decides which set is the best.
+//! Recounts the first candidates of a device and then a small share on the CPU: a faulty driver is found before its
+//! evidence decides the best set.
 
 use perirobot_cover::CandidateEvidence;
 use perirobot_cover::layout::WantedCounts;
@@ -11,11 +11,12 @@ use perirobot_study::input::{Combination, Member, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::scoring::{check::AT_LEAST, run};
 
-/// Counts the first candidates and then one in `every` again, each alone, in all worlds, and compares what is wanted of each
-/// region with its evidence. `representations` is the representation of each sensor. Says how many.
+/// Recounts the first candidates and then one in `every`, each alone, in all worlds, and compares the wanted counts of
+/// each region with its evidence. `representations` is the representation of each sensor. Returns the number of
+/// recounted poses.
 ///
 /// # Errors
-/// `Error::Disagreement` that names the pose that counts otherwise; those of the backend.
+/// `Error::Disagreement` that names the first pose with different counts; those of the backend.
 pub fn count_again(
     regions: &[((usize, WantedCounts), &CandidateEvidence)],
     (study, worlds): (&Study, &[World]),
@@ -55,7 +56,7 @@ pub fn count_again(
     Ok(picked.len() as u64)
 }
 
-/// What is wanted of some counts.
+/// The values of the wanted counts.
 fn values(counts: &Confusion, wanted: WantedCounts) -> impl PartialEq {
     let Confusion { tp, fp, fn_, tn, uo, uf, human, robot, detection, .. } = *counts;
     (

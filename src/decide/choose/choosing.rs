@@ -1,5 +1,5 @@
-//! The stages of a search: evidence is cast, sets are searched and refined, and the answer is written or verified. A
-//! caller shows the result of a stage before the next one begins.
+//! The stages of a search: cast the evidence, search and refine the sets, write or verify the answer. A caller shows
+//! the result of a stage before the next one begins.
 
 use std::path::Path;
 
@@ -23,21 +23,21 @@ pub struct Choosing<'a> {
     study: &'a Study,
     choose: &'a Choose,
     worlds: &'a [World],
-    /// How many bytes of evidence may be held.
+    /// Limit of evidence in memory, in bytes.
     memory_bytes: u64,
 }
 
-/// The best sets that were found.
+/// The best sets found.
 pub struct Found<'a> {
-    /// What is to be written.
+    /// The outcome to write.
     pub outcome: Outcome<'a>,
-    /// How the search ended.
+    /// The end of the search.
     pub ending: SearchEnding,
 }
 
 /// How a search ended.
 pub enum SearchEnding {
-    /// By itself.
+    /// It was complete.
     Finished,
     /// It was stopped, for this reason, before all sets were searched.
     NotSearched(String),
@@ -48,24 +48,23 @@ pub enum SearchEnding {
 }
 
 impl<'a> Choosing<'a> {
-    /// What a study asks for.
+    /// The question of a study.
     ///
     /// # Errors
-    /// When it has no `[choose]`; when a score can have no value, or no exact one.
+    /// If it has no `[choose]`; if a score can have no value, or no exact one.
     pub fn new(study: &'a Study, worlds: &'a [World], memory_bytes: u64) -> Result<Choosing<'a>> {
         let choose = match &study.choose {
             Some(Wanted::Best(choose)) => choose,
             Some(Wanted::Cheapest(_)) => {
-                let what = "asks for the cheapest set that passes, which has no score to choose by";
-                let cure =
-                    "say which score is meant, as in objective = \"f1\", region = \"robot\", at_most = 3";
+                let what = "requests the cheapest set that passes, which has no score to choose by";
+                let cure = "name a score, as in objective = \"f1\", region = \"robot\", at_most = 3";
                 return Err(Error::input("choose", what).with_advice(cure).with_place(&study.path));
             }
             None => {
                 let example = "[choose] objective = \"f1\", region = \"robot\", at_most = 3";
                 return Err(Error::input(&study.path, "no [choose]").with_advice(format!(
-                    "say what is looked for, as in {example}; or add [[require]] and the cost of each sensor, and the \
-                     cheapest set that passes is looked for"
+                    "add {example}; or add [[require]] and the cost of each sensor to find the \
+                     cheapest set that passes"
                 )));
             }
         };
@@ -89,8 +88,8 @@ impl<'a> Choosing<'a> {
         Claims::read(folder, self.study, self.choose, self.worlds)
     }
 
-    /// Reads the evidence in a folder, and keeps there what will be cast; with `restart` it is lost. Without a folder
-    /// there is none yet, and none is kept.
+    /// Reads the evidence in a folder, and stores new evidence there; `restart` discards the old. Without a folder none
+    /// is read or stored.
     ///
     /// # Errors
     /// Those of [`Casting::begin`].
@@ -107,17 +106,17 @@ impl<'a> Choosing<'a> {
         )
     }
 
-    /// Finds the best sets, and refines them if that is asked for. None if it was stopped before any set was found.
+    /// Finds the best sets, and refines them if requested. `None` if it was stopped before any set was found.
     ///
     /// # Errors
-    /// When no set meets the requirements; when evidence in a file cannot be read.
+    /// If no set meets the requirements; if evidence in a file cannot be read.
     pub fn search(
         &self,
         evidence: &CandidateEvidence,
         backends: &mut dyn BackendFactory,
         progress: &dyn Progress,
     ) -> Result<Option<Found<'a>>> {
-        let asked = (self.study, self.choose, self.worlds);
+        let question = (self.study, self.choose, self.worlds);
         let problem = problem_of(self.study, self.choose, self.worlds, evidence);
         let answer = answer(&problem, progress)?;
         let mut report = FrontReport::new(self.study, self.worlds, &problem, &answer);
@@ -129,7 +128,7 @@ impl<'a> Choosing<'a> {
             ending = SearchEnding::NotSearched(why);
         }
         if self.choose.disturb.is_some() && answer.complete {
-            // As if sensors might disturb each other: whether that they may not is what the answer lacks.
+            // The same search without the exclusion of disturbing pairs, which shows its cost.
             let free = Choose { disturb: None, ..self.choose.clone() };
             let free = problem_of(self.study, &free, self.worlds, evidence);
             let found = super::problem::answer(&free, progress)?;
@@ -141,7 +140,7 @@ impl<'a> Choosing<'a> {
         }
         evidence.was_read()?;
         if self.choose.refine && answer.complete {
-            match refine(asked, (&problem, &answer, &report), self.memory_bytes, backends, progress) {
+            match refine(question, (&problem, &answer, &report), self.memory_bytes, backends, progress) {
                 Ok(refinement) => {
                     if let Some(why) = progress.stop_reason().filter(|_| !refinement.complete) {
                         ending = SearchEnding::NotRefined(why);
@@ -153,13 +152,13 @@ impl<'a> Choosing<'a> {
                 Err(error) => ending = SearchEnding::Failed(error),
             }
         }
-        Ok(Some(Found { outcome: Outcome::new(asked, report, with_poses), ending }))
+        Ok(Some(Found { outcome: Outcome::new(question, report, with_poses), ending }))
     }
 
-    /// Checks all that is in the folder of a proof.
+    /// Checks a proof with all its files.
     ///
     /// # Errors
-    /// `Error::Input` that names what does not hold; `Error::Stopped`.
+    /// `Error::Input` that names the wrong claim; `Error::Stopped`.
     pub fn verify(
         &self,
         claims: &Claims,
@@ -167,7 +166,7 @@ impl<'a> Choosing<'a> {
         backends: &mut dyn BackendFactory,
         progress: &dyn Progress,
     ) -> Result<Verified> {
-        let asked = (self.study, self.choose, self.worlds);
-        verify(claims, asked, evidence, (backends, self.memory_bytes), progress)
+        let question = (self.study, self.choose, self.worlds);
+        verify(claims, question, evidence, (backends, self.memory_bytes), progress)
     }
 }

@@ -1,5 +1,5 @@
-//! The evidence of every sensor at every candidate, cast once: rows of bits for the solver, over the voxels of each region that
-//! is asked for in all scenes, snapshots and repeats. The file on disk serves any region.
+//! The evidence of every sensor at every candidate, cast once: rows of bits for the solver, over the voxels of each
+//! requested region in all scenes, snapshots and repeats. The file on disk serves any region.
 
 mod casting;
 mod deciding;
@@ -17,14 +17,14 @@ use perirobot_march::progress::Progress;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// Bytes of evidence that may be kept unless something else is said.
+/// Default limit of evidence in memory, in bytes.
 pub const MEMORY_BYTES: u64 = 2 << 30;
 
-/// Casts every candidate of a study in all of its worlds, and keeps all that it says of a region in memory.
+/// Casts every candidate of a study in all of its worlds, and holds its evidence of a region in memory.
 /// `representations` is the representation of each sensor.
 ///
 /// # Errors
-/// When it does not fit so many bytes, before anything is cast; when the backend fails; `Error::Stopped`.
+/// If it does not fit into the memory limit, before any cast; if the backend fails; `Error::Stopped`.
 pub fn cast_evidence(
     study: &Study,
     worlds: &[World],

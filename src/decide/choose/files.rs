@@ -1,4 +1,4 @@
-//! The files of an answer: `front.csv`, `sets.csv` and `choose.json`, which is read back.
+//! The files of an answer: `front.csv`, `sets.csv` and `choose.json`, which is also read.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -24,92 +24,92 @@ pub const FRONT: &str = "front.csv";
 pub const SETS: &str = "sets.csv";
 /// The poses that refining found, as a study can list them.
 pub const REFINED: &str = "refined.csv";
-/// What was asked, what was found, and what is proven of it.
+/// The question, the answer, and its proof.
 pub const PROOF: &str = "choose.json";
 
-/// What is certified of each set that is proven.
+/// The scope of each proof.
 const CERTIFIED: &str = "the listed poses, at this voxel size, in these scenes, under";
 
-/// What was asked, found and proven.
+/// The question, the answer and its proof.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Chosen {
     /// The version of the program.
     pub perirobot: String,
-    /// That of the rules by which was counted.
+    /// The version of the rules of counting.
     pub semantics_version: u32,
     /// The study's file.
     pub study: String,
-    /// What tells the study from every other.
+    /// Fingerprint of everything in the study that affects counts.
     pub fingerprint: String,
     /// Edge of a voxel in metres.
     pub voxel_size_m: f64,
-    /// Whether sensors measured without noise, whatever the study says.
+    /// Whether sensors measured without noise, overriding the study.
     pub noiseless: bool,
-    /// How many poses of all sensors were searched.
+    /// The number of searched poses of all sensors.
     pub candidates: usize,
-    /// What was looked for.
+    /// The question.
     pub asked: ChooseQuestion,
-    /// What a proof holds of.
+    /// The scope of a proof.
     pub certified: String,
-    /// What was found.
+    /// The answer.
     #[serde(flatten)]
     pub report: FrontReport,
 }
 
-/// What a study asks for.
+/// The question of a study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChooseQuestion {
-    /// The score that is to be high.
+    /// The score to maximise.
     pub objective: Score,
-    /// Of which counts.
+    /// The counts that it covers.
     pub over: Across,
-    /// In which region.
+    /// The region.
     pub region: String,
-    /// How many sensors a set may have.
+    /// The most sensors of a set.
     pub at_most: usize,
-    /// What a set may cost.
+    /// The budget.
     pub budget: Option<Cost>,
-    /// The unit of all costs.
+    /// The currency of all costs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub currency: Option<String>,
-    /// How far two sensors must be from each other.
+    /// Least distance between two sensors.
     pub apart_m: f64,
-    /// When sensors disturb each other that may not.
+    /// When two sensors disturb each other; such pairs are excluded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disturb: Option<Disturb>,
-    /// What is in every set.
+    /// The sensors of every set.
     pub always: Vec<String>,
-    /// What every set must reach.
+    /// The lower limits of every set.
     pub require: Vec<AskedScore>,
-    /// How what sensors say becomes one label.
+    /// How the sensors' evidence is fused into one label.
     #[serde(default, skip_serializing_if = "is_usual")]
     pub fusion: Fusion,
-    /// Whether poses around the best sets were looked for.
+    /// Whether poses around the best sets were searched.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub refine: bool,
-    /// By its name, what was said of each sensor.
+    /// The terms of each sensor, by its name.
     pub sensors: BTreeMap<String, AskedSensor>,
 }
 
-/// A score that every set must reach.
+/// A score with a lower limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AskedScore {
     /// The score.
     pub score: Score,
-    /// Of which counts.
+    /// The counts that it covers.
     pub over: Across,
-    /// What it must be at least.
+    /// The lower limit.
     pub at_least: f64,
 }
 
-/// On which terms a sensor could be had, and how it was taken.
+/// The terms of a sensor, and its representation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AskedSensor {
-    /// What it was taken to say.
+    /// Its representation.
     pub representation: String,
-    /// What one costs.
+    /// Its cost.
     pub cost: Option<Cost>,
-    /// How many a set may have.
+    /// The most of them in a set.
     pub at_most: Option<u32>,
     /// The kind of light that it emits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -117,7 +117,7 @@ pub struct AskedSensor {
 }
 
 impl AskedSensor {
-    /// What a study says of a sensor in a representation.
+    /// The terms of a sensor in a study, in a representation.
     pub(crate) fn new(sensor: &Sensor, representation: usize) -> AskedSensor {
         AskedSensor {
             representation: sensor.kind.representations()[representation].into(),
@@ -129,7 +129,7 @@ impl AskedSensor {
 }
 
 impl ChooseQuestion {
-    /// What a study asks for.
+    /// The question of a study.
     pub(super) fn new(study: &Study, choose: &Choose) -> ChooseQuestion {
         let pose = |&[sensor, candidate]: &[usize; 2]| {
             let sensor = &study.sensors[sensor];
@@ -157,13 +157,13 @@ impl ChooseQuestion {
     }
 }
 
-/// What tells a study from every other, as far as counts go.
+/// Fingerprint of everything in a study that affects counts.
 pub(crate) fn fingerprint(study: &Study, worlds: &[World]) -> String {
     hex(&Manifest::new(study, worlds, Shard::WHOLE, &[]).fingerprint())
 }
 
 impl Chosen {
-    /// What was found for a study.
+    /// The answer to a study.
     pub fn new(study: &Study, choose: &Choose, worlds: &[World], report: FrontReport) -> Chosen {
         Chosen {
             perirobot: env!("CARGO_PKG_VERSION").into(),
@@ -179,10 +179,10 @@ impl Chosen {
         }
     }
 
-    /// Reads it from a folder that was written; `None` where no sets were chosen.
+    /// Reads the answer in a folder; `None` if no sets were chosen there.
     ///
     /// # Errors
-    /// `Error::Input` that names the file and what is missing in it or wrong.
+    /// `Error::Input` that names the file and the missing or wrong value.
     pub fn read(folder: &Path) -> Result<Option<Chosen>> {
         let path = folder.join(PROOF);
         if !path.exists() {
@@ -192,31 +192,30 @@ impl Chosen {
         chosen.map(Some).map_err(|e| json_issue(&e).cure("choose again").with_place(&path).into())
     }
 
-    /// Whether results are those of its sets: a sweep may have taken their place in the folder.
+    /// Whether results belong to its sets: a later sweep may have replaced them in the folder.
     pub fn is_of(&self, subject: &Subject) -> bool {
         let swept = subject.combinations.iter().map(|one| (one.choices(), one.name_of(0)));
         self.report.sets().map(|set| (1, set.name())).eq(swept)
     }
 
-    /// Opens a folder for an answer to a study. One that holds an earlier answer will do, one that holds a sweep
-    /// will not.
+    /// Opens a folder for an answer to a study. It may contain an earlier answer, but not a sweep.
     ///
     /// # Errors
-    /// When it cannot be made or written to, or something would be lost.
+    /// If it cannot be created or written to, or if data would be lost.
     pub fn folder(path: &Path, study: &Study) -> Result<OutputFolder> {
         let folder = OutputFolder::open(path)?;
         folder.spare(&study.sources, &[REFINED])?;
         if path.join(JOURNAL).exists() && !path.join(PROOF).exists() {
-            let what = "holds a sweep, which would be lost";
+            let what = "contains a sweep, which would be lost";
             return Err(Error::input(path, what).with_advice("name another folder"));
         }
         Ok(folder)
     }
 
-    /// Writes the files of an answer, each whole or not at all.
+    /// Writes the files of an answer, each atomically.
     ///
     /// # Errors
-    /// When one cannot be written.
+    /// If one cannot be written.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let mut json = serde_json::to_vec_pretty(self).expect("names and numbers make JSON");
         json.push(b'\n');
@@ -253,7 +252,7 @@ impl Chosen {
         csv(&rows)
     }
 
-    /// The poses that refining found, if it found any. A study names their group, so their names are without it.
+    /// The poses that refining found, if any. A study adds the name of their group, so it is removed here.
     pub(super) fn refined_poses(&self) -> Option<Vec<u8>> {
         let all = self.report.refined.iter().flatten();
         let mut rows =

@@ -1,4 +1,4 @@
-//! The voxels of a study that are the bits of the solver: one region in each scene, snapshot and repeat.
+//! The bits of the solver: the voxels of one region in each scene, snapshot and repeat of a study.
 
 use perirobot_cover::layout::{BitLayout, FALSE, FELT, MISSED, MomentBits, PLANES, PartBits, SPACE_OF};
 use perirobot_march::voxel::{BitGrid, Window};
@@ -12,7 +12,7 @@ pub(super) fn layout_of(study: &Study, worlds: &[World], region: usize) -> BitLa
     layout_in(study, worlds, &windows, region).0
 }
 
-/// The same, with where the voxels of the region are in planes over a window of each world.
+/// The same, with the places of the region's voxels in planes over a window of each world.
 pub(super) fn layout_in(
     study: &Study,
     worlds: &[World],
@@ -24,17 +24,17 @@ pub(super) fn layout_in(
     (BitLayout::new(&moments, study.repeats, study.min_hits.into()), places)
 }
 
-/// Where the voxels of a world's region are in planes over a window of the world.
+/// The places of a world's region in planes over a window of the world.
 #[derive(Debug)]
 pub(super) struct RegionPlaces {
     /// Of truly occupied and of truly free voxels: words of a plane, and the voxels in them.
     masks: [Vec<(usize, u32)>; 2],
-    /// Of each part the bits of a plane.
+    /// The bits of each part in a plane.
     parts: Vec<Vec<usize>>,
 }
 
-/// Which of the six planes of a sensor may have a bit: without noise or volumes it is right about all that it
-/// says, and few sensors feel anybody.
+/// The planes of a sensor, of six, that may have a bit: without noise or volumes all its labels are correct, and few
+/// sensors feel people.
 pub(super) fn may_have_bits(kind: &dyn Kind, representation: usize) -> [bool; PLANES] {
     let may_be_wrong = kind.is_noisy() || kind.adds(representation);
     std::array::from_fn(|plane| match plane {
@@ -45,19 +45,19 @@ pub(super) fn may_have_bits(kind: &dyn Kind, representation: usize) -> [bool; PL
 }
 
 impl RegionPlaces {
-    /// One of the six planes as words of one moment, from the plane of [`SAID_OF`]; nothing if it has no bit.
+    /// One of the six planes as words of one moment, from the plane of [`SAID_OF`]; empty if it has no bit.
     ///
     /// [`SAID_OF`]: super::planes::SAID_OF
     pub(super) fn pick(&self, plane: usize, said: &BitGrid) -> Vec<u64> {
-        let said = said.words();
+        let plane_words = said.words();
         let words = match SPACE_OF[plane] {
             space @ (0 | 1) => {
                 let masks = self.masks[space].iter();
-                pack_bits(masks.map(|&(word, mask)| (extract(said[word], mask), mask.count_ones())))
+                pack_bits(masks.map(|&(word, mask)| (extract(plane_words[word], mask), mask.count_ones())))
             }
             _ => {
                 let part = |bits: &Vec<usize>| {
-                    pack_bits(bits.iter().map(|&bit| (said[bit >> 5] >> (bit & 31) & 1, 1)))
+                    pack_bits(bits.iter().map(|&bit| (plane_words[bit >> 5] >> (bit & 31) & 1, 1)))
                 };
                 self.parts.iter().flat_map(part).collect()
             }
@@ -107,7 +107,7 @@ fn describe(world: &World, window: Window, region: usize) -> (MomentBits, Region
     (moment, RegionPlaces { masks, parts: bits })
 }
 
-/// Bits of a word at the places of a mask, moved together.
+/// Gathers the bits of a word at the places of a mask (`pext`).
 fn extract(word: u32, mut mask: u32) -> u32 {
     if mask == u32::MAX {
         return word;
@@ -124,7 +124,7 @@ fn extract(word: u32, mut mask: u32) -> u32 {
     bits
 }
 
-/// Groups of bits, lowest first, with their lengths, one after the other in words of 64.
+/// Packs groups of bits, lowest first, with their lengths, into words of 64.
 fn pack_bits(groups: impl Iterator<Item = (u32, u32)>) -> Vec<u64> {
     let (mut words, mut word, mut filled) = (Vec::new(), 0u64, 0);
     for (bits, count) in groups {

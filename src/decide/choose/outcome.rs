@@ -1,5 +1,5 @@
-//! The end of a search: the answer is written into a folder together with a sweep of its sets, so that every command that
-//! takes the folder of a sweep takes this one.
+//! The end of a search: writes the answer into a folder together with a sweep of its sets, so that every command on the
+//! folder of a sweep accepts it.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -19,7 +19,7 @@ use perirobot_sweep::results::{Results, Subject, jobs, rows, scores};
 use perirobot_sweep::scoring::reopen;
 use perirobot_sweep::scoring::session::{Ending, Session};
 
-/// What was found, to be written.
+/// An answer, ready to be written.
 pub struct Outcome<'a> {
     /// The answer.
     pub chosen: Chosen,
@@ -30,31 +30,30 @@ pub struct Outcome<'a> {
 }
 
 impl<'a> Outcome<'a> {
-    /// What was found of a question; `with_poses` are the study and the worlds with the poses that refining found, if it
-    /// found any.
+    /// The answer to a question; `with_poses` are the study and the worlds with the poses that refining found, if any.
     pub fn new(
         (study, choose, worlds): (&Study, &'a Choose, &'a [World]),
-        told: FrontReport,
+        report: FrontReport,
         with_poses: Option<(Study, Vec<World>)>,
     ) -> Outcome<'a> {
         let (sets, in_worlds) = match with_poses {
-            Some((refined, worlds)) => (told.study_of_sets(&refined, choose), Cow::Owned(worlds)),
-            None => (told.study_of_sets(study, choose), Cow::Borrowed(worlds)),
+            Some((refined, worlds)) => (report.study_of_sets(&refined, choose), Cow::Owned(worlds)),
+            None => (report.study_of_sets(study, choose), Cow::Borrowed(worlds)),
         };
-        Outcome { chosen: Chosen::new(study, choose, worlds, told), choose, sets, worlds: in_worlds }
+        Outcome { chosen: Chosen::new(study, choose, worlds, report), choose, sets, worlds: in_worlds }
     }
 
-    /// How many sets there are to score, each in each snapshot and repeat.
+    /// The number of sets to score, in each snapshot and repeat.
     pub fn total(&self) -> u64 {
         jobs(&self.sets)
     }
 
-    /// Writes the answer into a folder that [`Chosen::folder`] opened, scores its sets as a sweep does, and writes the tables.
-    /// `prepare_s` and `command` are for the manifest; one choice in `verify` that a device counts is checked.
+    /// Writes the answer into a folder that [`Chosen::folder`] opened, scores its sets as a sweep does, and writes the
+    /// tables. `prepare_s` and `command` go into the manifest; on a device, one choice in `verify` is recounted.
     ///
     /// # Errors
-    /// When a file cannot be written; when a backend fails; `Error::Disagreement` where a set is counted otherwise than it
-    /// was found; `Error::Stopped`.
+    /// If a file cannot be written; if a backend fails; `Error::Disagreement` if the sweep and the search disagree
+    /// about a set; `Error::Stopped`.
     pub fn write(
         &self,
         folder: OutputFolder,
@@ -64,7 +63,7 @@ impl<'a> Outcome<'a> {
         progress: &dyn Progress,
     ) -> Result<Results> {
         let out = folder.path();
-        // A folder with a sweep, but without an answer, would be taken for a sweep that is to be kept.
+        // Without this answer, the folder would look like a user's sweep, which is never overwritten.
         self.chosen.write(out)?;
         let run = (verify, prepare_s);
         let results = sweep_sets((&self.sets, &self.worlds), out, backends, run, command, progress)?;
@@ -75,11 +74,11 @@ impl<'a> Outcome<'a> {
     }
 }
 
-/// Sweeps sets, each a combination of a study with one choice of poses, into a folder; the tables are not written yet.
-/// `prepare_s` and `command` are for the manifest; one choice in `verify` that a device counts is checked.
+/// Sweeps sets, each a combination of a study with one choice of poses, into a folder, without the tables. `prepare_s`
+/// and `command` go into the manifest; on a device, one choice in `verify` is recounted.
 ///
 /// # Errors
-/// When a file cannot be written; when a backend fails; `Error::Stopped`.
+/// If a file cannot be written; if a backend fails; `Error::Stopped`.
 pub(crate) fn sweep_sets(
     (sets, worlds): (&Study, &[World]),
     out: &Path,
@@ -95,18 +94,17 @@ pub(crate) fn sweep_sets(
     Ok(Results::new(Subject::from_study(sets, worlds), session.into_pages()))
 }
 
-/// What was swept into a folder: the study with these worlds, or sets of its sensors that were chosen, in its poses and
-/// in those that refining found.
+/// The study of a folder's sweep: the study with these worlds, or its chosen sets, with the poses that refining found.
 ///
 /// # Errors
-/// When it is neither, with what has changed since.
+/// If the folder is neither, with the differences.
 pub fn as_swept(folder: &Path, study: Study, worlds: Vec<World>) -> Result<(Study, Vec<World>)> {
     let chosen = Chosen::read(folder)?;
     let refined = chosen
         .map(|chosen| chosen.report.with_poses(&study))
         .transpose()
         .map_err(|e: Error| e.with_place(folder))?;
-    // A sweep may have taken the place of what was chosen.
+    // A later sweep may have replaced the chosen sets.
     let refined = refined.flatten().filter(|refined| reopen::has_poses_of(folder, refined));
     let (study, worlds) = match refined {
         Some(study) => World::prepare_all(&study).map(|worlds| (study, worlds))?,

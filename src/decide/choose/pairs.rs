@@ -1,4 +1,4 @@
-//! Pairs of candidates that a set may not have together: too close, or disturbing each other.
+//! Pairs of candidates that are excluded from sets: too close, or disturbing each other.
 
 use rayon::prelude::*;
 
@@ -7,28 +7,26 @@ use perirobot_study::sensor::Setting;
 use perirobot_study::sensor::lens::Lens;
 use perirobot_study::world::World;
 
-/// Two sensors are as far apart as they should be if this little is missing: lattices are made in floating
-/// point.
+/// Tolerance of a distance: lattices are computed in floating point.
 const NEARLY: f64 = 1e-9;
 
-/// What two sensors of a set must keep.
+/// The rules for pairs of a set.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PairTerms {
-    /// How far they must be from each other, in metres.
+    /// Least distance between two sensors, in metres.
     pub(crate) apart_m: f64,
-    /// When those that emit one kind of light disturb each other.
+    /// When sensors that emit the same kind of light disturb each other.
     pub(crate) disturb: Option<Disturb>,
 }
 
-/// A candidate in a world, as far as it decides which others may join it.
+/// A candidate in a world, reduced to what the rules need.
 struct Posed<'a> {
     setting: Setting,
     emits: Option<&'a str>,
     lens: Option<Lens>,
 }
 
-/// For each of some candidates a bit for each that may not be in a set with it, since the two break the terms in some world;
-/// nothing where none can.
+/// For each candidate a bit for each other that a rule excludes in some world; empty if no rule applies.
 pub(super) fn forbidden_pairs(
     study: &Study,
     items: &[[usize; 2]],
@@ -40,13 +38,13 @@ pub(super) fn forbidden_pairs(
     }
     let mut forbidden = vec![vec![0u64; items.len().div_ceil(64)]; items.len()];
     for (number, world) in worlds.iter().enumerate() {
-        // Most worlds have their sensors where the one before had them.
+        // Most worlds have the same sensor poses as the one before.
         if number > 0 && world.settings == worlds[number - 1].settings {
             continue;
         }
         let posed: Vec<Posed> = items.iter().map(|&item| Posed::new(study, world, item)).collect();
         let one_way: Vec<Vec<usize>> =
-            (0..posed.len()).into_par_iter().map(|a| terms.broken_with(&posed, a, world)).collect();
+            (0..posed.len()).into_par_iter().map(|a| terms.excluded_by(&posed, a, world)).collect();
         for (a, others) in one_way.iter().enumerate() {
             for &b in others {
                 forbidden[a][b / 64] |= 1 << (b % 64);
@@ -58,8 +56,8 @@ pub(super) fn forbidden_pairs(
 }
 
 impl PairTerms {
-    /// The candidates with which one breaks the terms, by where the two are or by what that one sees.
-    fn broken_with(&self, posed: &[Posed], a: usize, world: &World) -> Vec<usize> {
+    /// The candidates that a rule excludes for one, by their distance or by its view.
+    fn excluded_by(&self, posed: &[Posed], a: usize, world: &World) -> Vec<usize> {
         let one = &posed[a];
         let overlap = self.disturb.and_then(|disturb| disturb.overlap);
         let places =
@@ -87,7 +85,7 @@ impl PairTerms {
     }
 }
 
-/// Whether each of two lenses is in the other's field of view, and near enough to its direction of view.
+/// Whether each of two lenses is in the other's field of view, and close enough to its axis.
 fn look_at_each_other(disturb: &Disturb, one: &Lens, other: &Lens) -> bool {
     let is_in_view = |lens: &Lens, other: &Lens| {
         let off_rad = lens.off_view_rad(other.position_m);

@@ -5,24 +5,24 @@ use perirobot_march::backend::Planes;
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_sweep::scoring::SensorSays;
 
-/// How many planes there are.
+/// The number of planes.
 pub(super) const SAID: usize = 4;
-/// Voxels that the sensor calls occupied.
+/// Voxels labelled occupied.
 pub(super) const OCCUPIED: usize = 0;
-/// Voxels that it calls free, and not occupied.
+/// Voxels labelled free, and not occupied.
 pub(super) const FREE: usize = 1;
-/// Voxels that its returns truly come from.
+/// Voxels of true returns.
 pub(super) const HITS: usize = 2;
-/// Those of them that it feels as a presence sensor.
+/// Those of them that a presence sensor feels.
 pub(super) const FELT: usize = 3;
 
-/// Which of them each of the six planes of a region is picked from.
+/// The source plane of each of the six planes of a region.
 pub(super) const SAID_OF: [usize; PLANES] = [OCCUPIED, FREE, OCCUPIED, FREE, HITS, FELT];
 
 /// The planes over a window.
 pub(super) type SaidPlanes = [BitGrid; SAID];
 
-/// Joins all that some sensors say of a window; occupied wins.
+/// Merges the evidence of some sensors in a window; occupied wins.
 pub(super) fn join(window: Window, said: &[SensorSays]) -> SaidPlanes {
     let mut all = Planes::blank(window);
     let mut felt = BitGrid::new(window);
@@ -38,8 +38,8 @@ pub(super) fn join(window: Window, said: &[SensorSays]) -> SaidPlanes {
     [all.occupied, all.free, all.hits, felt]
 }
 
-/// The words of a plane, packed; nothing of a plane without a bit. LZ4 packs the long runs of equal words that planes of
-/// few surfaces have, in a small share of the time that casting takes.
+/// The words of a plane, packed; empty for a plane without a bit. LZ4 packs the long runs of equal words in planes of
+/// few surfaces, in a small share of the casting time.
 pub(super) fn pack(plane: &BitGrid) -> Vec<u8> {
     if plane.is_empty() {
         return Vec::new();
@@ -48,7 +48,7 @@ pub(super) fn pack(plane: &BitGrid) -> Vec<u8> {
     lz4_flex::block::compress(&bytes)
 }
 
-/// The plane that was packed; `None` if it is none of this window.
+/// Unpacks a plane; `None` if it does not belong to this window.
 pub(super) fn unpack(packed: &[u8], window: Window) -> Option<BitGrid> {
     let blank = BitGrid::new(window);
     if packed.is_empty() {
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn planes_are_unpacked_as_they_were_packed() {
+    fn packed_planes_unpack_unchanged() {
         let window = Window { min: [-3, 0, 7], size: [70, 9, 5] };
         let mut plane = BitGrid::new(window);
         assert!(pack(&plane).is_empty());

@@ -15,13 +15,13 @@ use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 
-/// The region of a question, and the counts that its scores are made of.
+/// The region of a question, and the counts of its scores.
 pub fn wanted_counts(choose: &Choose) -> (usize, WantedCounts) {
     let required = choose.require.iter().map(|require| require.score);
     (choose.region, WantedCounts::from_scores(std::iter::once(choose.objective).chain(required)))
 }
 
-/// What a study asks for that passed [`examine`].
+/// The problem of a study that passed [`examine`].
 pub fn problem_of<'a>(
     study: &Study,
     choose: &Choose,
@@ -41,7 +41,7 @@ pub fn problem_of<'a>(
     .drop_idle_odds()
 }
 
-/// How labels come to be where that is not by unions, from the representation of each sensor.
+/// The log-odds of labels, from the representation of each sensor; `None` if unions decide.
 pub(crate) fn odds_of(
     study: &Study,
     fusion: Fusion,
@@ -64,7 +64,7 @@ pub(crate) fn candidates_of(study: &Study) -> Vec<[usize; 2]> {
     sensors.flat_map(|(sensor, spec)| (0..spec.candidates.len()).map(move |c| [sensor, c])).collect()
 }
 
-/// Which of some candidates, by sensor and candidate, a set may have together, and what they cost.
+/// The allowed pairs of candidates, by sensor and candidate, and their costs.
 pub(crate) fn rules_of(
     study: &Study,
     items: &[[usize; 2]],
@@ -86,10 +86,10 @@ pub(crate) fn rules_of(
     }
 }
 
-/// Whether the scores that a study asks for can have a value in its region, and an exact one, before anything is cast.
+/// Checks before any cast that the scores of a study can have a value in its region, and an exact one.
 ///
 /// # Errors
-/// When one cannot, or the region has too many voxels.
+/// If one cannot, or if the region has too many voxels.
 pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Result<()> {
     let layout = layout_of(study, worlds, choose.region);
     let sum = |of: fn(&MomentBits) -> u64| layout.moments.iter().map(of).sum::<u64>();
@@ -97,17 +97,17 @@ pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Resul
     let voxels: u64 = layout.moments.iter().flat_map(|moment| moment.voxels).sum();
     if voxels > MOST_VOXELS {
         let what = format!("has {voxels} voxels in all scenes, snapshots and repeats together");
-        let cure = "at most 2147483648 can be told apart exactly: use larger voxels";
+        let cure = "at most 2147483648 are exact: use larger voxels";
         return Err(Error::input(format!("region {name:?}"), what).cure(cure));
     }
     let lacking = |score: Score| match score {
-        Score::F1 | Score::Kappa if sum(|moment| moment.voxels[0]) == 0 => Some("an occupied voxel"),
-        Score::Kappa if sum(|moment| moment.voxels[1]) == 0 => Some("a free voxel"),
-        Score::HumanSeen if layout.parts().next().is_none() => Some("a voxel of a person"),
+        Score::F1 | Score::Kappa if sum(|moment| moment.voxels[0]) == 0 => Some("occupied voxel"),
+        Score::Kappa if sum(|moment| moment.voxels[1]) == 0 => Some("free voxel"),
+        Score::HumanSeen if layout.parts().next().is_none() => Some("voxel of a person"),
         Score::PeopleDetected | Score::PartsDetected
             if !layout.parts().any(|part| part.voxels >= layout.min_hits()) =>
         {
-            Some("min_hits voxels of a part of a person")
+            Some("part of a person with min_hits voxels")
         }
         _ => None,
     };
@@ -117,35 +117,35 @@ pub(super) fn examine(study: &Study, choose: &Choose, worlds: &[World]) -> Resul
     for (key, score) in scores {
         let place = format!("choose.{key} = {:?}", score.name());
         if score == Score::SeenTwice {
-            let why = "a search counts what the sensors of a set see together, not what two of them see";
-            return Err(Error::input(place, why).cure("take another score, or require it with `[[require]]`"));
+            let why = "a search counts the union of a set's sensors, not the overlap of two";
+            return Err(Error::input(place, why).cure("use another score, or require it with `[[require]]`"));
         }
         if let Some(what) = lacking(score) {
-            let why = format!("region {name:?} is without {what} in any scene, so there is no such score");
+            let why = format!("region {name:?} has no {what} in any scene, so the score is undefined");
             return Err(Error::input(place, why)
-                .with_advice("take another region or score")
+                .with_advice("use another region or score")
                 .with_place(&study.path));
         }
     }
     Ok(())
 }
 
-/// The best set of each size, and of each step of cost below the budget where there are costs.
+/// The best set of each size, and of each step of cost below the budget if there are costs.
 ///
 /// # Errors
-/// When no set meets the requirements; when evidence in a file cannot be read.
+/// If no set meets the requirements; if evidence in a file cannot be read.
 pub fn answer(problem: &Problem, progress: &dyn Progress) -> Result<FrontAnswer> {
     perirobot_cover::answer(problem, progress).map_err(|why| no_set(problem, why))
 }
 
-/// What helps where no set is good enough.
+/// The remedy if no set is good enough.
 const CURE: &str = "ask for less, or allow more: sensors, budget, or mounts nearer to each other";
 
 fn no_set(problem: &Problem, why: NoAnswer) -> Error {
     match why {
         NoAnswer::Unread(error) => error,
         NoAnswer::Stopped => {
-            Error::Stopped(Issue::says("no set was found that meets the requirements so far"))
+            Error::Stopped(Issue::says("no set that meets the requirements was found before the stop"))
         }
         NoAnswer::Required { number, best, is_proven } => {
             let (score, over, least) = problem.require[number];
@@ -164,9 +164,7 @@ fn no_set(problem: &Problem, why: NoAnswer) -> Error {
         NoAnswer::Together => {
             let what = match (problem.require.is_empty(), problem.is_searchable()) {
                 (true, _) => "no allowed set has a value of the objective",
-                (false, false) => {
-                    "no set was found that meets all of them, by adding and swapping single sensors"
-                }
+                (false, false) => "adding and swapping single sensors found no set that meets all of them",
                 (false, true) => "each of them can be met, but no allowed set meets all of them",
             };
             let key = if problem.require.is_empty() { "choose.objective" } else { "choose.require" };
@@ -175,7 +173,7 @@ fn no_set(problem: &Problem, why: NoAnswer) -> Error {
     }
 }
 
-/// What is known of the sets within some limits, in words: the best score so far, and what no set is above.
+/// The progress of a search within some limits, in words: the best score, and its upper bound.
 pub fn progress_of(state: &SearchState) -> String {
     let &SearchState { at_most, budget, best, bound, .. } = state;
     let cost = budget.map(Cost::from_thousandths).map(|budget| format!(" for {budget}"));

@@ -1,5 +1,5 @@
-//! An answer in names and numbers: the front, what each sensor of a set is worth, and sets that are nearly as
-//! good but different. Tables, texts and files are made from it, and `choose.json` contains it.
+//! An answer in names and numbers: the front, the worth of each sensor of a set, and different sets that are nearly as
+//! good. Tables, texts and files are made from it, and `choose.json` contains it.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,61 +15,60 @@ use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 /// The whole answer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrontReport {
-    /// The front: by size, and of each size from the dearest set down. Below the dearest, sets that are no
-    /// better than a smaller one that costs no more are left out.
+    /// The front: by size, and within a size from the most expensive set down. Cheaper sets that are no better than a
+    /// smaller one of at most their cost are left out.
     pub steps: Vec<StepReport>,
-    /// Sets nearly as good as the best one, with at least one sensor somewhere else, the best first.
+    /// Sets nearly as good as the best one, with at least one sensor at another place, best first.
     #[serde(rename = "nearly_as_good")]
     pub ties: Vec<SetReport>,
-    /// What was found between the listed poses around the best set of each size, if that was asked for. Nothing is
-    /// proven of it.
+    /// The sets found between the listed poses around the best set of each size, if requested. They have no proof.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refined: Option<Vec<RefinedReport>>,
-    /// The best set if sensors might disturb each other, if it is asked that they do not.
+    /// The best set without the exclusion of disturbing pairs, if the study excludes them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub if_disturbed: Option<DisturbedReport>,
     /// Whether the search was stopped: larger sets, and cheaper ones, may be missing.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stopped: bool,
-    /// Whether refining was stopped: more might have been gained.
+    /// Whether refining was stopped: a larger gain may exist.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub refining_stopped: bool,
 }
 
-/// The best set if sensors might disturb each other.
+/// The best set without the exclusion of disturbing pairs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DisturbedReport {
-    /// The set; nothing is said of its sensors.
+    /// The set, without details of its sensors.
     #[serde(flatten)]
     pub set: SetReport,
-    /// Whether no set is better.
+    /// Whether it is proven.
     pub proven: bool,
-    /// Which two of its sensors disturb each other, each as in `camera:wall/8/1`.
+    /// Pairs of its sensors that disturb each other, each as in `camera:wall/8/1`.
     pub disturbed: Vec<[String; 2]>,
 }
 
-/// What was found around the best set of a size.
+/// The result of refining the best set of a size.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RefinedReport {
-    /// How many sensors were allowed.
+    /// The most sensors.
     pub at_most: usize,
-    /// What the set could cost at most.
+    /// The budget.
     pub budget: Option<Cost>,
     /// The set of listed poses.
     pub around: Vec<String>,
-    /// Those of its poses around which there are no others.
+    /// Its poses that have no neighbours.
     pub stays: Vec<String>,
     /// Its score.
     pub score_before: f64,
-    /// How often the poses around a set were cast.
+    /// The number of rounds of casting around a set.
     pub rounds: usize,
-    /// How many poses that were, in each scene, snapshot and repeat.
+    /// The number of cast poses, in each scene, snapshot and repeat.
     pub cast: usize,
-    /// The poses of the better set that are not listed.
+    /// The unlisted poses of the better set.
     pub poses: Vec<FinePose>,
-    /// The better set, if there is one.
+    /// The better set, if any.
     pub best: Option<SetReport>,
-    /// By how much its score is above.
+    /// Its gain in score.
     pub gain: Option<f64>,
 }
 
@@ -80,38 +79,37 @@ pub struct FinePose {
     pub sensor: String,
     /// The pose's name.
     pub pose: String,
-    /// The listed pose that it was found from.
+    /// The listed pose that it was refined from.
     pub near: String,
     /// x, y and z.
     pub position_m: [f64; 3],
     /// Its rotation, of the link frame.
     pub quaternion_wxyz: [f64; 4],
-    /// Azimuth of where it looks, from x towards y.
+    /// Azimuth of its direction of view, from x towards y.
     pub pan_deg: f64,
-    /// How far above the horizon it looks.
+    /// Elevation of its direction of view above the horizon.
     pub tilt_deg: f64,
-    /// How far it is turned about where it looks.
+    /// Rotation about its direction of view.
     pub roll_deg: f64,
 }
 
 /// A step of the front.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepReport {
-    /// How many sensors were allowed.
+    /// The most sensors.
     pub at_most: usize,
-    /// What the set could cost at most.
+    /// The budget.
     pub budget: Option<Cost>,
-    /// The best set that was found.
+    /// The best set found.
     pub best: SetReport,
-    /// What no set within these limits scores more than, if that is known.
+    /// Upper bound of the score within these limits, if known.
     pub no_set_is_above: Option<f64>,
-    /// Whether that is the best set's own score, because all others were searched.
+    /// Whether the best set is proven, because all others were searched.
     pub proven: bool,
-    /// If not all were searched, what shows that no set is above; for a mean, for each of its scores.
+    /// If not all were searched, the proof of the bound; for a mean, of each of its scores.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shown_by: Vec<CutProof>,
-    /// By how much the score is above that of the best set of fewer sensors that costs no more, if there is
-    /// one.
+    /// Gain of the score over the best set of fewer sensors at no higher cost, if any.
     pub gain: Option<f64>,
 }
 
@@ -120,15 +118,14 @@ pub struct StepReport {
 pub struct SetReport {
     /// Its sensors and poses, as in `camera:wall/8/1`.
     pub poses: Vec<String>,
-    /// What it costs, if the sensors have costs.
+    /// Its cost, if the sensors have costs.
     pub cost: Option<Cost>,
     /// Its score.
     pub score: f64,
-    /// The same as a fraction, if it is one. As text: other readers of JSON have no whole numbers of this
-    /// size.
+    /// The score as a fraction, if it is one. As text, since JSON readers lack integers of this size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exactly: Option<[String; 2]>,
-    /// What there is to say of each sensor.
+    /// Details of each sensor.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<SensorReport>,
 }
@@ -140,11 +137,11 @@ pub struct SensorReport {
     pub sensor: String,
     /// The pose's name.
     pub pose: String,
-    /// Where that is, in words.
+    /// The place in words.
     pub place: String,
-    /// What it costs.
+    /// Its cost.
     pub cost: Option<Cost>,
-    /// The score of the set without it, if that has one.
+    /// The score of the set without it, if defined.
     pub score_without: Option<f64>,
 }
 
@@ -164,7 +161,7 @@ impl SetReport {
         }
     }
 
-    /// Its score as a fraction, if it is one.
+    /// The score as a fraction, if it is one.
     pub(super) fn fraction(&self) -> Option<(i128, i128)> {
         let [numerator, denominator] = self.exactly.as_ref()?;
         Some((numerator.parse().ok()?, denominator.parse().ok()?))
@@ -183,7 +180,7 @@ impl FrontReport {
         self.steps.iter().find(|step| step.at_most == most)
     }
 
-    /// What would be the best set if sensors might disturb each other, if it is better.
+    /// The best set without the exclusion of disturbing pairs, if it is better.
     pub fn bound_by_disturb(&self) -> Option<&DisturbedReport> {
         let (if_disturbed, best) = (self.if_disturbed.as_ref()?, &self.best()?.best);
         let ratio =
@@ -205,22 +202,22 @@ impl FrontReport {
         sets().enumerate().filter(is_new).map(|(_, set)| set)
     }
 
-    /// Tells an answer.
+    /// The report of an answer.
     pub fn new(study: &Study, worlds: &[World], problem: &Problem, answer: &FrontAnswer) -> FrontReport {
-        let teller = Teller { study, problem, places: Places::new(study, &worlds[0]) };
-        let worth_telling = |(number, step): &(usize, &FrontStep)| {
+        let reporter = Reporter { study, problem, places: Places::new(study, &worlds[0]) };
+        let is_reported = |(number, step): &(usize, &FrontStep)| {
             let is_first = *number == 0 || answer.steps[number - 1].limits.at_most != step.limits.at_most;
-            is_first || (!answer.complete && step.bound != Bound::Proven) || !teller.is_known(step, answer)
+            is_first || (!answer.complete && step.bound != Bound::Proven) || !reporter.is_known(step, answer)
         };
-        let steps = answer.steps.iter().enumerate().filter(worth_telling);
-        let steps: Vec<StepReport> = steps.filter_map(|(_, step)| teller.step(step, answer)).collect();
-        // Of the steps of a size the first has the whole budget.
+        let steps = answer.steps.iter().enumerate().filter(is_reported);
+        let steps: Vec<StepReport> = steps.filter_map(|(_, step)| reporter.step(step, answer)).collect();
+        // The first step of a size has the whole budget.
         let most = answer.steps.iter().map(|step| step.limits.at_most).max();
         let best = answer.steps.iter().find(|step| Some(step.limits.at_most) == most);
         let ties = best.map_or(Vec::new(), |step| ties(problem, worlds, step, answer));
         FrontReport {
             steps,
-            ties: ties.iter().map(|found| teller.set(found)).collect(),
+            ties: ties.iter().map(|found| reporter.set(found)).collect(),
             refined: None,
             if_disturbed: None,
             stopped: !answer.complete,
@@ -230,7 +227,7 @@ impl FrontReport {
 }
 
 impl DisturbedReport {
-    /// The best set of a search in which sensors may disturb each other; `problem` is the one in which they may not.
+    /// The best set of a search without the exclusion of disturbing pairs; `problem` is the one with it.
     pub(super) fn new(
         study: &Study,
         worlds: &[World],
@@ -253,14 +250,14 @@ impl DisturbedReport {
     }
 }
 
-struct Teller<'a> {
+struct Reporter<'a> {
     study: &'a Study,
     problem: &'a Problem<'a>,
     places: Places<'a>,
 }
 
-impl Teller<'_> {
-    /// Whether fewer sensors that cost no more are as good.
+impl Reporter<'_> {
+    /// Whether fewer sensors at no higher cost are as good.
     fn is_known(&self, step: &FrontStep, answer: &FrontAnswer) -> bool {
         let Some(best) = &step.best else { return true };
         let cost = self.problem.rules.cost_of(&best.set);
@@ -306,7 +303,7 @@ impl Teller<'_> {
 
     fn set(&self, found: &FoundSet) -> SetReport {
         let mut items = found.set.clone();
-        // As in a combination, who speaks last stands last.
+        // In a combination, the sensor that takes precedence is last.
         let sensor = |item: usize| &self.study.sensors[self.problem.evidence.items[item][0]];
         items.sort_by_key(|&item| sensor(item).kind.speaks_last());
         SetReport::new(items.iter().map(|&item| self.sensor(item, &found.set)).collect(), found.worth)

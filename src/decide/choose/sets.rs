@@ -1,5 +1,4 @@
-//! The sets of an answer as combinations of their study, so that they are swept, and looked at afterwards, like any
-//! others.
+//! The sets of an answer as combinations of their study, so that they are swept and examined like any others.
 
 use super::files::PROOF;
 use super::report::{FrontReport, SensorReport, SetReport};
@@ -13,18 +12,18 @@ use perirobot_study::sensor::{Candidate, Sensor, Setting};
 use perirobot_sweep::results::{Results, RowKey};
 
 impl FrontReport {
-    /// The study of the sets that were found, each a combination with one choice of poses; sensors say what the
-    /// search took them to say.
+    /// The study of the found sets, each a combination with one choice of poses; sensors have the representations of
+    /// the search.
     pub fn study_of_sets(&self, study: &Study, choose: &Choose) -> Study {
         let combinations =
             self.sets().map(|set| combination(study, choose.fusion, self.title(set), set)).collect();
         study.with_combinations(&choose.representations, combinations)
     }
 
-    /// The study with the poses that refining found, if it found any.
+    /// The study with the poses that refining found, if any.
     ///
     /// # Errors
-    /// When they are not of the study's sensors.
+    /// If they do not belong to the study's sensors.
     pub fn with_poses(&self, study: &Study) -> Result<Option<Study>> {
         let mut with_poses = study.clone();
         let poses: Vec<_> = self.refined.iter().flatten().flat_map(|refined| &refined.poses).collect();
@@ -39,7 +38,7 @@ impl FrontReport {
             let (Some((near, sensor)), Some(pose)) =
                 (sensor.and_then(|sensor| Some((near(sensor)?, sensor))), pose)
             else {
-                let what = format!("refined: {}:{} is near no pose of the study", fine.sensor, fine.pose);
+                let what = format!("refined: {}:{} is not near a pose of the study", fine.sensor, fine.pose);
                 return Err(Issue::damaged(what).cure("choose again").with_place(PROOF).into());
             };
             let (name, group) = (fine.pose.clone(), near.group);
@@ -48,7 +47,7 @@ impl FrontReport {
         Ok(Some(with_poses))
     }
 
-    /// What the group of poses that refining finds is called: something that the study has not.
+    /// The name for the group of refined poses, unused in the study.
     pub(super) fn group_of_refined(study: &Study) -> String {
         let is_free = |group: &String| {
             let begin = format!("{group}/");
@@ -60,13 +59,13 @@ impl FrontReport {
         names.find(is_free).expect("a study has few groups")
     }
 
-    /// The number of the best set among those of [`FrontReport::study_of_sets`].
+    /// The index of the best set among those of [`FrontReport::study_of_sets`].
     pub fn best_set(&self) -> Option<usize> {
         let best = &self.best()?.best;
         self.sets().position(|set| set.poses == best.poses)
     }
 
-    /// Fails unless a sweep of the sets counted what their scores were made of.
+    /// Fails unless a sweep of the sets confirms their scores.
     pub fn agrees(&self, choose: &Choose, results: &Results) -> Result<()> {
         for (combination, set) in self.sets().enumerate() {
             let key = RowKey { combination, choice: 0, representation: 0, region: choose.region };
@@ -74,15 +73,16 @@ impl FrontReport {
             let swept = Worth::from_counts(choose.objective, choose.over, &counts).map(Worth::value);
             if swept != Some(set.score) {
                 let (name, score, set) = (choose.objective.name(), set.score, set.name());
-                let what =
-                    format!("{set} was chosen for {name} {score}, and swept it has {swept:?}: report this");
+                let what = format!(
+                    "{set} was chosen for {name} {score}, but swept it has {swept:?}: please report this"
+                );
                 return Err(Error::Disagreement(Issue::says(what)));
             }
         }
         Ok(())
     }
 
-    /// `best 2`, `best 2 for 900`, `tie 1`: the step that a set is the best of first, or its place among the ties.
+    /// `best 2`, `best 2 for 900`, `tie 1`: the first step whose best set it is, or its place among the ties.
     fn title(&self, set: &SetReport) -> String {
         let is_set = |other: &SetReport| other.poses == set.poses;
         if let Some(step) = self.steps.iter().find(|step| is_set(&step.best)) {

@@ -8,15 +8,15 @@ use perirobot_study::world::World;
 
 /// A set is nearly as good as another if it has this share of its score.
 const NEARLY: f64 = 0.99;
-/// Sets that are told.
+/// The most sets reported.
 const MOST_TIES: usize = 3;
 
-/// Of each sensor of a set which one it is, and where: sets with the same answer look alike.
+/// Sensor and mount of each sensor of a set: sets with the same answer count as equal.
 type Mounts = Vec<(usize, [u64; 3])>;
 
-/// The best of the sets that are nearly as good as the best one of a step and have a sensor at another mount,
-/// each from other mounts. Looked for among the sets that were judged on the way, and those that have one
-/// sensor elsewhere than the best one.
+/// The best of the sets that are nearly as good as the best one of a step and have a sensor at another mount, each with
+/// different mounts. Candidates are the sets judged during the search, and those that differ from the best one in one
+/// sensor.
 pub(super) fn ties(
     problem: &Problem,
     worlds: &[World],
@@ -44,7 +44,7 @@ pub(super) fn ties(
     near
 }
 
-/// All allowed sets that have one candidate in the place of another.
+/// All allowed sets that replace one candidate by another.
 fn swaps(problem: &Problem, set: &[usize]) -> Vec<FoundSet> {
     let free: Vec<usize> = set.iter().copied().filter(|item| !problem.rules.always.contains(item)).collect();
     let without = |&left: &usize| {

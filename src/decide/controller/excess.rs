@@ -5,30 +5,30 @@ use std::cmp::Ordering;
 use super::separation::Separation;
 use perirobot_march::metrics::{Ratio, gcd};
 
-/// How much too far away somebody is measured; both distances are squared, in whole voxels, and the first is not the
-/// lesser.
+/// The excess of a measured distance of a person over the true one; both squared, in whole voxels, with the first at
+/// least the second.
 #[derive(Clone, Copy, Debug)]
 pub struct Excess {
-    /// As it is measured.
+    /// The measured distance.
     pub measured: u32,
-    /// As it is.
+    /// The true distance.
     pub truly: u32,
-    /// The edge of a voxel; that of others it is compared with is the same.
+    /// Edge of a voxel, equal in all compared values.
     pub voxel_size_m: f64,
 }
 
 impl Excess {
-    /// As a number, to be shown.
+    /// As a number for display.
     pub(crate) fn metres(&self) -> f64 {
         let metres = |squared| Separation::metres(squared, self.voxel_size_m);
         metres(self.measured) - metres(self.truly)
     }
 
-    /// How it compares with a fraction of at most nine digits after the point that is not below 0; the edge of a voxel is
-    /// taken to as many.
+    /// Compares it with a nonnegative fraction of at most nine decimals; the edge of a voxel is rounded to nine
+    /// decimals as well.
     ///
-    /// With edge e and limit l in whole nanometres, e√m - e√t is held against l as e√m against l + e√t: by squares, as
-    /// e²m - e²t - l² against 2le√t, and if that is not below 0, by squares again.
+    /// With edge e and limit l in whole nanometres, e√m - e√t is compared with l as e√m with l + e√t: by squares, as
+    /// e²m - e²t - l² with 2le√t, and if that is not below 0, by squares again.
     pub(crate) fn cmp_ratio(&self, limit: Ratio) -> Ordering {
         let edge = Ratio::from_f64(self.voxel_size_m);
         let (e, l) = (edge.numerator * limit.denominator, limit.numerator * edge.denominator);
@@ -45,11 +45,11 @@ impl Excess {
 }
 
 impl Ord for Excess {
-    /// √m - √t against √n - √u, as √m + √u against √n + √t, by squares.
+    /// √m - √t compared with √n - √u, as √m + √u with √n + √t, by squares.
     fn cmp(&self, other: &Excess) -> Ordering {
         let [m, t, n, u] = [self.measured, self.truly, other.measured, other.truly].map(i128::from);
         let (apart, one, two) = (m + u - n - t, m * u, n * t);
-        // apart + 2√one against 2√two.
+        // apart + 2√one compared with 2√two.
         let is_above = |apart: i128, one: i128, two: i128| {
             let rest = apart * apart + 4 * (one - two);
             if rest >= 0 && (rest > 0 || one > 0) {
@@ -98,7 +98,7 @@ mod tests {
         Excess { measured, truly, voxel_size_m }
     }
 
-    /// Whole roots are compared without any rounding; of others floating point knows all but what is nearly equal.
+    /// Whole roots are compared exactly; for other roots floating point decides unless they are nearly equal.
     #[test]
     fn differences_of_roots_are_compared_exactly() {
         let mut equal = 0;
@@ -106,9 +106,9 @@ mod tests {
             let [a, b, c, d] = [1, 12, 144, 1728].map(|place| number / place % 12);
             // Whole roots, and ten times as many voxels: the difference is √10 times as large.
             for times in [1, 10] {
-                let of = |m: u32, t: u32| excess(times * m.max(t).pow(2), times * t.min(m).pow(2), 0.05);
+                let between = |m: u32, t: u32| excess(times * m.max(t).pow(2), times * t.min(m).pow(2), 0.05);
                 let expected = a.abs_diff(b).cmp(&c.abs_diff(d));
-                assert_eq!(of(a, b).cmp(&of(c, d)), expected, "{a} {b} {c} {d}");
+                assert_eq!(between(a, b).cmp(&between(c, d)), expected, "{a} {b} {c} {d}");
                 equal += usize::from(expected.is_eq());
             }
             let one = excess(a * b + a, a * b.min(a), 1.0);
@@ -132,7 +132,7 @@ mod tests {
             (441, 82, 0.05, 0.6, Ordering::Less),
             (7, 7, 0.05, 0.0, Ordering::Equal),
             (8, 7, 0.05, 0.0, Ordering::Greater),
-            // √12 - √3 = √3, and √3 is none of these.
+            // √12 - √3 = √3, which differs from all of these.
             (12, 3, 1.0, 1.732050807, Ordering::Greater),
             (12, 3, 1.0, 1.732050808, Ordering::Less),
             // The largest grid of voxels with nine digits: 1023 of 9.999999999 m.

@@ -8,11 +8,12 @@ use perirobot_march::progress::Progress;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// What is measured of each set: repeat by repeat, and in each repeat world by world. A set is a choice of the study, in
-/// all of its repeats; `None` is one of which no sensor speaks. Distances from the robot are computed once for each world.
+/// The measured distances of each set: repeat by repeat, and then world by world. A set is a choice of the study, in
+/// all of its repeats; `None` is a set without active sensors. Distances from the robot are computed once for each
+/// world.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped`.
+/// If the backend fails; `Error::Stopped`.
 pub(crate) fn measure(
     study: &Study,
     worlds: &[World],

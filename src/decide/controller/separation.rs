@@ -13,45 +13,45 @@ use perirobot_march::backend::Planes;
 use perirobot_march::voxel::{BitGrid, Distances, squared_voxels};
 use perirobot_study::world::World;
 
-/// What there is to measure at a moment, whatever the sensors.
+/// The sensor-independent part of a measurement at a moment.
 #[derive(Debug)]
 pub struct MeasuredSurroundings {
-    /// The distances from the robot; `None` where there is none.
+    /// The distances from the robot; `None` without a robot.
     from_robot: Option<Distances>,
-    /// What the controller knows: the environment, the robot, and their insides.
+    /// The voxels known to the controller: the environment, the robot, and their insides.
     known: BitGrid,
     /// The true distance of the nearest person.
     truly: Option<u32>,
 }
 
-/// The least distances at a moment, squared in voxels; `None` where there is nothing to measure.
+/// The least distances at a moment, squared in voxels; `None` if there is nothing to measure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Separation {
-    /// Whether there is a robot, from which to measure.
+    /// Whether there is a robot.
     pub has_robot: bool,
-    /// Of people, as it is.
+    /// The true distance of people.
     pub truly: Option<u32>,
-    /// Of what is labelled occupied and is not known.
+    /// The distance of unexpected voxels labelled occupied.
     pub unknown_free: Option<u32>,
-    /// Of that and of what has no label.
+    /// The distance of these and of voxels without a label.
     pub unknown_occupied: Option<u32>,
 }
 
-/// What a controller does at a moment, and whether it should.
+/// The controller's decision at a moment, and whether it is correct.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
-    /// The robot runs, and nobody is too near.
+    /// It runs, and no person is too close.
     Runs,
-    /// It is stopped, and somebody is too near.
+    /// It is stopped, and a person is too close.
     Stops,
-    /// It runs, and somebody is too near.
+    /// It runs, although a person is too close.
     MissedStop,
-    /// It is stopped, and nobody is too near.
+    /// It is stopped, although no person is too close.
     NeedlessStop,
 }
 
 impl MeasuredSurroundings {
-    /// Of a moment.
+    /// The surroundings at a moment.
     pub fn new(world: &World) -> MeasuredSurroundings {
         let (truth, nobody) = (world.truth(), world.truth_without_people());
         let mut known = BitGrid::clone(&nobody.occupied);
@@ -63,7 +63,7 @@ impl MeasuredSurroundings {
         MeasuredSurroundings { from_robot, known, truly }
     }
 
-    /// What is measured of a view of this moment, or without any sensor.
+    /// The measurement of a view of this moment, or without sensors.
     pub fn separation(&self, labels: Option<&Planes>) -> Separation {
         let nothing = BitGrid::new(self.known.window());
         let (occupied, free) = labels.map_or((&nothing, &nothing), |labels| (&labels.occupied, &labels.free));
@@ -83,11 +83,11 @@ impl MeasuredSurroundings {
 }
 
 impl Decision {
-    /// All of them.
+    /// All decisions.
     pub const ALL: [Decision; 4] =
         [Decision::Runs, Decision::Stops, Decision::MissedStop, Decision::NeedlessStop];
 
-    /// What is done where the least distance is measured as this, is truly that, and people must be so far away.
+    /// The decision for a measured and a true least distance, and the needed one.
     pub fn new(measured: Option<u32>, truly: Option<u32>, needed_m: f64, voxel_size_m: f64) -> Decision {
         let needed = squared_voxels(needed_m, voxel_size_m);
         let is_near = |distance: Option<u32>| distance.is_some_and(|squared| squared < needed);
@@ -99,7 +99,7 @@ impl Decision {
         }
     }
 
-    /// As in tables.
+    /// The name in tables.
     pub fn name(self) -> &'static str {
         ["runs", "stops", "missed_stop", "needless_stop"][self as usize]
     }
@@ -111,8 +111,8 @@ impl Separation {
         f64::from(squared).sqrt() * voxel_size_m
     }
 
-    /// How much farther than it truly is the nearest person is measured, unknown voxels taken as free, in metres;
-    /// 0 where it is measured as near or nearer. `None` where nobody is there, or nothing is measured.
+    /// Excess of the measured distance of the nearest person over the true one, with unknown voxels taken as free, in
+    /// metres; 0 if it is measured at its distance or nearer. `None` without a person or a measurement.
     pub fn missed_m(&self, voxel_size_m: f64) -> Option<f64> {
         let metres = |squared| Separation::metres(squared, voxel_size_m);
         Some((metres(self.unknown_free?) - metres(self.truly?)).max(0.0))

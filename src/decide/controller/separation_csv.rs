@@ -8,15 +8,15 @@ use perirobot_study::input::Stopping;
 use perirobot_sweep::results::files::SEPARATION;
 use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 
-/// What is measured of a set of sensors at a moment.
+/// The measurement of a set of sensors at a moment.
 pub(crate) struct MeasuredMoment<'m> {
     /// Combination, poses and representation of the set, as in results.csv.
     pub set: [&'m str; 3],
     /// The scene, by its name.
     pub scene: &'m str,
-    /// Which snapshot of it, and which repeat.
+    /// Snapshot and repeat.
     pub snapshot_and_repeat: [usize; 2],
-    /// What is measured.
+    /// The measured distances.
     pub separation: Separation,
 }
 

@@ -1,4 +1,4 @@
-//! One set that was not swept, judged.
+//! Judges one set that was not swept.
 
 use super::cases::Conditions;
 use super::counting::{count_cases, count_plan};
@@ -16,11 +16,10 @@ use perirobot_study::input::{Condition, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 
-/// Judges a choice of a study of which nothing was swept, with a backend that is opened for it.
+/// Judges a choice of a study without a sweep, with a new backend.
 ///
 /// # Errors
-/// When a backend fails; when no mount can be anywhere but where it is planned; when something cannot be asked;
-/// `Error::Stopped`.
+/// If a backend fails; if no mount can move from its planned place; if something cannot be computed; `Error::Stopped`.
 pub(crate) fn judge_alone<'a>(
     study: &'a Study,
     worlds: &[World],
@@ -31,10 +30,10 @@ pub(crate) fn judge_alone<'a>(
     judge_set(study, worlds, choice, &mut open()?, progress)
 }
 
-/// Judges a choice of a study of which nothing was swept, with backends that may have done other work.
+/// Judges a choice of a study without a sweep, with existing backends.
 ///
 /// # Errors
-/// As of [`judge_alone`].
+/// As for [`judge_alone`].
 pub fn judge_set<'a>(
     study: &'a Study,
     worlds: &[World],
@@ -46,16 +45,22 @@ pub fn judge_set<'a>(
     let grounds = SharedGround::of_choices(&what_if)?;
     let subject = Subject::from_study(study, worlds);
     let mut conditions = [count_plan(&what_if[0], &subject, backends, progress)?];
-    let asked = counted_conditions(study);
+    let conditions_of_study = counted_conditions(study);
     let open = || ChosenBackends::open(&BackendChoice::default()).map(|(backends, _)| backends);
-    add_cases(&what_if, &mut conditions, (&asked, &grounds), (Some(backends), &open), progress)?;
+    add_cases(
+        &what_if,
+        &mut conditions,
+        (&conditions_of_study, &grounds),
+        (Some(backends), &open),
+        progress,
+    )?;
     let [conditions] = conditions;
     Ok(JudgedSet::not_swept((study, worlds), choice, conditions))
 }
 
-/// Adds to what was counted of choices as planned the cases of some conditions, how near bodies come in each, and what a
-/// controller would measure: what choices have in common is done once. The mounts that were drawn are the answer, if any
-/// were. Without backends nothing but the plan is counted.
+/// Adds the cases of some conditions to the planned counts of choices, with the approaches in each, and the
+/// measurements of a controller: work common to choices is done once. Returns the drawn mounts, if any. Without
+/// backends only the plan is counted.
 ///
 /// # Errors
 /// Those of [`count_cases`], [`SharedGround::come_near`] and [`measure_cases`].

@@ -1,7 +1,7 @@
-//! A case as a study of its own, for commands that look at it closely.
+//! A case as a study of its own, for commands that examine it.
 
 use super::alteration::Alteration;
-use super::postures::{Stood, find_posture};
+use super::postures::{PostureStudy, find_posture};
 use super::what_if::WhatIf;
 use crate::view::Choice;
 use perirobot_march::error::{Argument, Issue, Site};
@@ -9,11 +9,10 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// Makes the study and its worlds in which a choice is altered, and the choice there.
+/// Makes the study and worlds of an altered choice, and the choice in them.
 ///
 /// # Errors
-/// When no sensor of the choice has a name that is given, or no sensor is left; when the study has no such draw
-/// or posture.
+/// If the choice has no sensor of a given name, or no sensor is left; if the study has no such draw or posture.
 pub fn alter(
     study: &Study,
     worlds: &[World],
@@ -50,8 +49,8 @@ pub fn alter(
             (draws.study, draws.worlds, members)
         }
         Alteration::Posture(name) => {
-            let stood = Stood::new(study, worlds, find_posture(study, name)?)?;
-            (stood.study, stood.worlds, what_if.members.clone())
+            let posture_study = PostureStudy::new(study, worlds, find_posture(study, name)?)?;
+            (posture_study.study, posture_study.worlds, what_if.members.clone())
         }
     };
     let name = format!("{}, {}", own.name, alteration.words());

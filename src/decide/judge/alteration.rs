@@ -1,21 +1,21 @@
 //! The difference between a case and the plan.
 
-/// What is different from what was planned.
+/// An alteration of the plan.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Alteration {
-    /// Nothing.
+    /// None.
     #[default]
     None,
-    /// Sensors that are dead, as in `camera:wall/1/0`.
+    /// Dead sensors, as in `camera:wall/1/0`.
     Dead(Vec<String>),
-    /// Which draw of the mounts, counted from 0.
+    /// A draw of the mounts, counted from 0.
     Draw(u32),
-    /// Who of the study's postures stands there instead of the scenes' people, as in `standing/0`.
+    /// A posture that replaces the scenes' people, as in `standing/0`.
     Posture(String),
 }
 
 impl Alteration {
-    /// In words; nothing where nothing is different.
+    /// In words; empty without an alteration.
     pub fn words(&self) -> String {
         match self {
             Alteration::None => String::new(),
@@ -25,8 +25,8 @@ impl Alteration {
         }
     }
 
-    /// Of what is planned and what is altered, that in which bodies come in. Entries stay where they are planned, also
-    /// where mounts are off or a light curtain is dead; somebody of a posture is cover.
+    /// The version, planned or altered, in which bodies enter. Entries are the planned ones even if mounts are shifted
+    /// or a light curtain is dead; the person of a posture is cover.
     pub fn where_bodies_come_in<T>(&self, planned: T, own: T) -> T {
         match self {
             Alteration::None | Alteration::Dead(_) | Alteration::Draw(_) => planned,

@@ -14,31 +14,31 @@ use perirobot_sweep::results::{Results, RowKey, Subject};
 pub struct Moment {
     /// Index of the scene.
     pub scene: usize,
-    /// Which snapshot of it.
+    /// The snapshot.
     pub snapshot: usize,
-    /// Which repeat.
+    /// The repeat.
     pub repeat: usize,
 }
 
-/// A way in: all snapshots of a scene at once, in which nothing is farther than in any of them.
+/// A way in: all snapshots of a scene at once, in which no body is farther than in any of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Passage {
     /// Index of the scene.
     pub scene: usize,
-    /// Who else is there.
+    /// The company.
     pub company: Company,
-    /// Which repeat, counted from 0.
+    /// The repeat, counted from 0.
     pub repeat: usize,
-    /// Which body comes, by its name.
+    /// The name of the body.
     pub body: String,
     /// Whether it stands on the floor.
     pub on_floor: bool,
-    /// Where it comes in, by its name.
+    /// The name of the entry.
     pub entry: String,
 }
 
 impl Passage {
-    /// Whether a requirement asks it, and it has such a score.
+    /// Whether a requirement covers it, and its score exists.
     pub(crate) fn is_asked(&self, nearness: &Nearness) -> bool {
         let is_asked = |name: &Option<String>, own: &String| name.as_ref().is_none_or(|name| name == own);
         is_asked(&nearness.body, &self.body)
@@ -47,41 +47,41 @@ impl Passage {
     }
 }
 
-/// Sensors as they are in one case of a condition.
+/// The sensors in one case of a condition.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Case {
-    /// What is different from what was planned.
+    /// The alteration.
     pub alteration: Alteration,
-    /// Mounts that were to be drawn and are as planned, since no draw of them was possible: as in `pads:floor/0/0`.
+    /// Mounts that stay as planned because no draw was possible: as in `pads:floor/0/0`.
     pub kept: Vec<String>,
-    /// What is wrong with where somebody stands who was put there, with the scene.
+    /// Warnings about the place of a posture, with the scene.
     pub warnings: Vec<String>,
-    /// For each region the counts of each moment.
+    /// The counts of each moment, for each region.
     pub counts: Vec<Vec<Confusion>>,
-    /// What bodies can do by each passage; empty where that is not known.
+    /// The reach of bodies by each passage; empty if unknown.
     pub near: Vec<NearestApproach>,
-    /// What a controller would measure at each moment; empty where that is not known.
+    /// A controller's measurement at each moment; empty if unknown.
     pub measured: Vec<Separation>,
 }
 
 /// Conditions with their cases.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conditions {
-    /// The moments of all counts: repeat by repeat, and in each scene by scene and snapshot by snapshot,
-    /// as tables add them up.
+    /// The moments of all counts: repeat by repeat, then scene by scene and snapshot by snapshot, in the order of the
+    /// tables.
     pub moments: Vec<Moment>,
-    /// The passages of all cases in which is known how near bodies come.
+    /// The passages of all cases with known approaches.
     pub passages: Vec<Passage>,
     /// The edge of a voxel.
     pub voxel_size_m: f64,
-    /// How far people must be at the highest speed of the robot, where the study says so.
+    /// Needed distance of people at the highest robot speed, if the study has it.
     pub needed: Option<AtSpeed>,
-    /// For each condition that is known, its cases, at least one.
+    /// The cases of each known condition, at least one.
     pub cases: Vec<(Condition, Vec<Case>)>,
 }
 
 impl Conditions {
-    /// What a sweep counted of a choice: everything as planned.
+    /// The counts of a sweep for a choice: everything as planned.
     ///
     /// # Errors
     /// `Error::Storage` if its journal cannot be read any more.
@@ -99,19 +99,19 @@ impl Conditions {
         Conditions { moments, passages, voxel_size_m: study.voxel_size_m, needed, cases }
     }
 
-    /// What a controller would measure of the plan at each moment; none where that is not known.
+    /// A controller's measurements of the plan at each moment; empty if unknown.
     pub fn measurements(&self) -> impl Iterator<Item = (&Moment, &Separation)> + Clone {
         self.moments.iter().zip(self.cases(Condition::AsPlanned).iter().flat_map(|case| &case.measured))
     }
 
-    /// The cases of a condition; none where it is not known.
+    /// The cases of a condition; empty if unknown.
     pub fn cases(&self, condition: Condition) -> &[Case] {
         let known = self.cases.iter().find(|(known, _)| *known == condition);
         known.map_or(&[], |(_, cases)| cases.as_slice())
     }
 }
 
-/// What a sweep counted of a choice in a region, moment by moment.
+/// The counts of a sweep for a choice in a region, moment by moment.
 pub(super) fn counts(results: &Results, choice: &Choice, region: usize) -> Result<Vec<Confusion>> {
     let &Choice { combination, choice, representation, .. } = choice;
     let key = RowKey { combination, choice, representation, region };

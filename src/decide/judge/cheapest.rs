@@ -3,8 +3,8 @@
 use perirobot_study::input::Study;
 use perirobot_study::sensor::Cost;
 
-/// Which of some combinations, given by their indices, is the cheapest, by its place among them: the one that costs least
-/// if all of their sensors have a cost, else the one of fewest sensors; the first of equals. `None` of none.
+/// The place of the cheapest of some combinations, given by their indices: the lowest cost if all sensors have a cost,
+/// else the fewest sensors; the first of equals. `None` if there are none.
 pub fn cheapest(study: &Study, combinations: &[usize]) -> Option<usize> {
     let sensors = |combination: usize| {
         let members = study.combinations[combination].members.iter();

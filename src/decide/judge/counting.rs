@@ -7,7 +7,7 @@
 use super::alteration::Alteration;
 use super::cases::{Case, Conditions};
 use super::draws::Draws;
-use super::postures::Stood;
+use super::postures::PostureStudy;
 use super::what_if::WhatIf;
 use perirobot_march::backend::Fusion;
 use perirobot_march::backend::factory::BackendFactory;
@@ -20,12 +20,12 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::Subject;
 use perirobot_sweep::scoring::run_on;
 
-/// For each region the counts of each moment.
+/// The counts of each moment, for each region.
 type CountsOf = Vec<Vec<Confusion>>;
 
 /// The sensors of a choice in a case.
 struct CaseVariant {
-    /// The number of the choice.
+    /// The index of the choice.
     choice: usize,
     condition: Condition,
     alteration: Alteration,
@@ -33,7 +33,7 @@ struct CaseVariant {
     fusion: Fusion,
     /// Mounts that could not be drawn.
     kept: Vec<String>,
-    /// What is wrong with where somebody stands.
+    /// Warnings about the place of a posture.
     warnings: Vec<String>,
 }
 
@@ -55,7 +55,7 @@ impl CaseVariant {
         Case { alteration, kept, warnings, counts, ..Case::default() }
     }
 
-    /// The representation of each sensor, if all its members are in the same one.
+    /// The representation of each sensor, if all its members have the same.
     fn ways(&self, sensors: usize) -> Option<Vec<Option<usize>>> {
         let mut ways = vec![None; sensors];
         let is_other =
@@ -64,10 +64,10 @@ impl CaseVariant {
     }
 }
 
-/// Counts the plan of a choice that was not swept.
+/// Counts the plan of a choice without a sweep.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped`.
+/// If the backend fails; `Error::Stopped`.
 pub(super) fn count_plan(
     what_if: &WhatIf,
     subject: &Subject,
@@ -80,12 +80,12 @@ pub(super) fn count_plan(
     Ok(Conditions::from_plan(what_if.study, subject, counts))
 }
 
-/// Counts all cases of some conditions, and adds them to what was counted of each choice as planned. The mounts that were
-/// drawn are the answer, if any were.
+/// Counts all cases of some conditions, and adds them to the planned counts of each choice. Returns the drawn mounts,
+/// if any.
 ///
 /// # Errors
-/// When the backend fails, or counts the plan differently; when no mount of a choice can be anywhere but where it is
-/// planned; when a person cannot be read; `Error::Stopped`.
+/// If the backend fails, or counts the plan differently; if no mount of a choice can move from its planned place; if a
+/// person cannot be read; `Error::Stopped`.
 pub fn count_cases(
     what_ifs: &[WhatIf],
     asked: &[Condition],
@@ -122,10 +122,10 @@ pub fn count_cases(
     }
     if asked.contains(&Condition::Postures) {
         for posture in &study.postures {
-            // One at a time, since each has voxels of its own.
-            let stood = Stood::new(study, worlds, posture)?;
+            // One at a time, since each has its own voxels.
+            let posture_study = PostureStudy::new(study, worlds, posture)?;
             let variant = |(choice, what_if)| CaseVariant {
-                warnings: stood.warnings.clone(),
+                warnings: posture_study.warnings.clone(),
                 ..CaseVariant::new(
                     choice,
                     what_if,
@@ -134,13 +134,16 @@ pub fn count_cases(
                 )
             };
             let variants = each().map(variant).collect();
-            take(conditions, count_variants(&stood.study, &stood.worlds, variants, backends, progress)?)?;
+            take(
+                conditions,
+                count_variants(&posture_study.study, &posture_study.worlds, variants, backends, progress)?,
+            )?;
         }
     }
     Ok(drawn)
 }
 
-/// Variants with what each counts.
+/// The counts of variants.
 fn count_variants(
     study: &Study,
     worlds: &[World],
@@ -148,7 +151,7 @@ fn count_variants(
     backends: &mut dyn BackendFactory,
     progress: &dyn Progress,
 ) -> Result<Vec<(CaseVariant, CountsOf)>> {
-    // Nobody speaks in a set without sensors.
+    // A set without sensors has no labels.
     let nothing = |region: usize| -> Vec<Confusion> {
         let each: Vec<Confusion> = worlds.iter().map(|world| world.baselines[region].nothing_seen).collect();
         each.repeat(study.repeats as usize)
@@ -164,7 +167,7 @@ fn count_variants(
             WhatIf::combination(members, number.to_string(), *fusion)
         };
         let combinations: Vec<Combination> = numbers.iter().map(combination).collect();
-        // Sensors are each in one representation where no variant asks for another.
+        // The first representation, if no variant needs another.
         let study = match ways {
             Some(ways) => {
                 let ways: Vec<usize> = ways.into_iter().map(Option::unwrap_or_default).collect();
@@ -179,7 +182,7 @@ fn count_variants(
         for row in rows {
             let number = numbers[row.combination];
             let wanted = variants[number].members.iter().map(|&[sensor, _, way]| {
-                // A sensor that is left with one representation has it under the number 0.
+                // A sensor with only one representation left has it under index 0.
                 let is_alone = study.sensors[sensor].kind.representations().len() == 1;
                 if is_alone { 0 } else { way }
             });
@@ -191,14 +194,14 @@ fn count_variants(
     Ok(variants.into_iter().zip(counts).collect())
 }
 
-/// Variants, by their numbers, of which all have a sensor in the same representation.
+/// Variants, by their indices, in which every sensor has the same representation.
 struct SameWays {
-    /// That of each sensor; none of a variant that has a sensor in several.
+    /// The representation of each sensor; `None` if a variant has a sensor in several.
     ways: Option<Vec<Option<usize>>>,
     numbers: Vec<usize>,
 }
 
-/// Groups the variants in which somebody speaks.
+/// Groups the variants with at least one sensor.
 fn same_ways(study: &Study, variants: &[CaseVariant]) -> Vec<SameWays> {
     let mut groups: Vec<SameWays> = Vec::new();
     for (number, variant) in variants.iter().enumerate().filter(|(_, variant)| !variant.members.is_empty()) {
@@ -222,10 +225,10 @@ fn same_ways(study: &Study, variants: &[CaseVariant]) -> Vec<SameWays> {
     groups
 }
 
-/// Adds the cases of variants to what is known of their choices.
+/// Adds the cases of variants to those of their choices.
 ///
 /// # Errors
-/// When the plan is counted differently than before.
+/// If the plan is counted differently than before.
 fn take(conditions: &mut [Conditions], counted: Vec<(CaseVariant, CountsOf)>) -> Result<()> {
     for (variant, counts) in counted {
         let known = &mut conditions[variant.choice];
@@ -246,12 +249,12 @@ impl Conditions {
     }
 }
 
-/// Fails unless a set counts the same as in the sweep.
+/// Fails unless a set has the counts of the sweep.
 fn same(swept: &[Vec<Confusion>], counted: &[Vec<Confusion>]) -> Result<()> {
     match swept == counted {
         true => Ok(()),
         false => {
-            let what = "the set as planned is counted differently than in the sweep: report this";
+            let what = "the planned set has other counts than in the sweep: please report this";
             Err(Error::Disagreement(Issue::says(what)))
         }
     }

@@ -15,20 +15,20 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::files::DRAWS;
 use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 
-/// How often a draw is tried; after that the mount is as planned, which is told.
+/// Attempts per draw; if all fail, the mount stays as planned, which is reported.
 const ATTEMPTS: u32 = 100;
 
-/// Sensors at mounts that were drawn.
+/// Sensors at drawn mounts.
 #[derive(Debug)]
 pub struct Draws {
-    /// The study with a candidate for each draw of each mount, mount by mount. A sensor without a pose keeps its
-    /// own.
+    /// The study with a candidate for each draw of each mount, mount by mount. A sensor without a pose keeps its own
+    /// candidate.
     pub(super) study: Study,
-    /// Its worlds: the same voxels.
+    /// Its worlds, with the same voxels.
     pub(super) worlds: Vec<World>,
     /// Sensor and candidate of each mount, sensor by sensor.
     mounts: Vec<[usize; 2]>,
-    /// The mounts that are as planned, since no draw was possible, with the number of the draw; sorted.
+    /// The mounts that stay as planned because no draw was possible, with the index of the draw; sorted.
     kept: Vec<([usize; 2], u32)>,
     draws: u32,
 }
@@ -37,7 +37,7 @@ impl Draws {
     /// Draws the mounts of some sensors at their candidates.
     ///
     /// # Errors
-    /// When no mount has a draw that is possible.
+    /// If no mount has a possible draw.
     pub(super) fn new(
         study: &Study,
         worlds: &[World],
@@ -81,7 +81,7 @@ impl Draws {
         Ok(Draws { study: drawn, worlds, mounts, kept, draws: error.draws })
     }
 
-    /// Fails if each draw of each mount among some members is as planned.
+    /// Fails if every draw of every mount of some members is as planned.
     pub(super) fn check_some_move(&self, study: &Study, members: &[[usize; 3]]) -> Result<()> {
         let own = members.iter().map(|&[sensor, candidate, _]| [sensor, candidate]);
         let own: Vec<[usize; 2]> = own.filter(|mount| self.mounts.contains(mount)).collect();
@@ -92,19 +92,19 @@ impl Draws {
         }
     }
 
-    /// Whether a mount is as planned in a draw, since none was possible.
+    /// Whether a mount stays as planned in a draw, since none was possible.
     pub(super) fn keeps(&self, mount: [usize; 2], draw: u32) -> bool {
         self.kept.binary_search(&(mount, draw)).is_ok()
     }
 
-    /// The candidate that stands for one in a draw.
+    /// The candidate of a mount in a draw.
     pub(super) fn candidate(&self, [sensor, candidate]: [usize; 2], draw: u32) -> usize {
         let of_it = self.mounts.iter().filter(|mount| mount[0] == sensor);
         let place = of_it.map(|mount| mount[1]).position(|known| known == candidate);
         place.map_or(candidate, |place| place * self.draws as usize + draw as usize)
     }
 
-    /// Writes the poses, as a study takes them: `csv = "draws.csv"`.
+    /// Writes the poses in the format of a study: `csv = "draws.csv"`.
     ///
     /// # Errors
     /// Those of the disk.
@@ -132,7 +132,7 @@ impl Draws {
     }
 }
 
-/// What is wrong where each draw of each mount is as planned: verdicts under mounting error would be those of the plan.
+/// The error if every draw of every mount is as planned: verdicts under mounting error would equal those of the plan.
 fn nothing_moves(study: &Study, mounts: &[[usize; 2]]) -> Error {
     let name = |&[sensor, candidate]: &[usize; 2]| {
         let sensor = &study.sensors[sensor];
@@ -140,14 +140,14 @@ fn nothing_moves(study: &Study, mounts: &[[usize; 2]]) -> Error {
     };
     let names: Vec<String> = mounts.iter().map(name).collect();
     let what = format!(
-        "mounting_error: no draw of {} is possible: each leaves the grid, or is inside a solid thing, or the sensor cannot work there",
+        "mounting_error: no draw of {} is possible: each leaves the grid, is inside a solid object, or the sensor cannot work there",
         names.join(" or ")
     );
     let wanted = "make the scene's room larger or the error smaller, or judge other poses";
     Issue::says(what).with_advice(wanted.to_string()).with_place(&study.path).into()
 }
 
-/// One draw of a mount, if one is possible. `number` is that of its candidate in the study of the draws.
+/// One draw of a mount, if possible. `number` is the index of its candidate in the study of the draws.
 fn draw_one(
     study: &Study,
     worlds: &[World],

@@ -1,5 +1,5 @@
 //! `judge.json`: verdicts, and scores under each condition, with the values of `requirements.csv` and `conditions.csv`
-//! and with their types. The report reads it.
+//! in their types. The report reads it.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ use perirobot_sweep::results::files::{JUDGE_JSON, REQUIREMENTS};
 const FILE: JsonFile =
     JsonFile { name: JUDGE_JSON, format: 1, table: REQUIREMENTS, again: "run `perirobot judge` again" };
 
-/// What `judge` found of some sets of sensors.
+/// The verdicts of `judge` on some sets of sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdicts {
     /// Number of the format: 1.
@@ -33,7 +33,7 @@ pub struct Verdicts {
     pub sets: Vec<SetVerdicts>,
 }
 
-/// What `judge` found of a set of sensors.
+/// The verdicts of `judge` on a set of sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SetVerdicts {
     /// Its combination, by its name.
@@ -46,15 +46,15 @@ pub struct SetVerdicts {
     pub requirements: Vec<RequirementVerdict>,
     /// Each score under each condition: the rows of `conditions.csv`.
     pub conditions: Vec<ConditionScore>,
-    /// How fast the robot may run, if something is asked at its speeds.
+    /// The allowed robot speed, if requirements depend on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed_speed: Option<AllowedSpeed>,
 }
 
-/// How fast the robot may run with a set of sensors.
+/// The allowed robot speed with a set of sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AllowedSpeed {
-    /// The highest speed of the study that is fast enough, in metres a second; `None` if the slowest is not.
+    /// The highest speed of the study that is allowed, in metres per second; `None` if the slowest is not.
     pub m_s: Option<f64>,
 }
 
@@ -70,33 +70,33 @@ pub struct RequirementVerdict {
     pub is_met: bool,
     /// The score, by its name.
     pub score: String,
-    /// The region in which is counted, by its name; `None` of scores that are not counted in one.
+    /// The region of the counts, by its name; `None` for scores without a region.
     pub region: Option<String>,
-    /// Of which counts, approaches or moments the score is.
+    /// The counts, approaches or moments that the score covers.
     pub over: Across,
-    /// The limit, if the score must be this or more.
+    /// Lower limit, if any.
     pub at_least: Option<f64>,
-    /// The limit, if the score must be this or less.
+    /// Upper limit, if any.
     pub at_most: Option<f64>,
     /// The value in the worst case; `None` if a case has no value.
     pub value: Option<JsonNumber>,
-    /// How many cases there are.
+    /// The number of cases.
     pub cases: usize,
-    /// How many of them miss the limit.
+    /// The number of cases that miss the limit.
     pub failed: usize,
-    /// How many moments, or ways in, of all cases have a value.
+    /// The number of moments, or ways in, with a value, over all cases.
     pub values: usize,
-    /// How many moments, or ways in, all cases have.
+    /// The number of moments, or ways in, over all cases.
     pub of: usize,
-    /// In how many cases a mount that was to be drawn is as planned.
+    /// The number of cases in which a mount stays as planned because no draw was possible.
     pub draws_as_planned: usize,
     /// The worst case.
     pub worst: WorstPlace,
     /// The upper bound of the listed poses, if it misses the limit.
     pub out_of_reach: Option<JsonNumber>,
-    /// The hash of the tables of the study that decided it; empty if none did.
+    /// The hash of the study's tables that decided it; empty if none did.
     pub tables_sha256: String,
-    /// The safety function that the requirement stands for.
+    /// The safety function that the requirement represents.
     #[serde(rename = "for", default)]
     pub safety_function: Option<String>,
 }
@@ -106,7 +106,7 @@ pub struct RequirementVerdict {
 pub struct ConditionScore {
     /// The condition.
     pub condition: Condition,
-    /// The region in which is counted, by its name; `None` of scores that are not counted in one.
+    /// The region of the counts, by its name; `None` for scores without a region.
     pub region: Option<String>,
     /// The score, by its name.
     pub score: String,
@@ -114,41 +114,41 @@ pub struct ConditionScore {
     pub best: JsonNumber,
     /// The mean of all values.
     pub mean: JsonNumber,
-    /// The value that one in twenty is no better than.
+    /// The 5 % quantile: one in twenty values is no better.
     pub quantile_05: JsonNumber,
     /// The worst value by the score's own direction.
     pub worst: JsonNumber,
-    /// Where the worst value is.
+    /// The place of the worst value.
     pub worst_at: WorstPlace,
-    /// How many moments, or ways in, of all cases have a value.
+    /// The number of moments, or ways in, with a value, over all cases.
     pub values: usize,
-    /// How many moments, or ways in, all cases have.
+    /// The number of moments, or ways in, over all cases.
     pub of: usize,
-    /// The hash of the tables of the study that decided it; empty if none did.
+    /// The hash of the study's tables that decided it; empty if none did.
     pub tables_sha256: String,
 }
 
-/// The case that is the worst, and where in it. All but the case is `None` if the case has no value, or if nobody comes
-/// near in it.
+/// The worst case, and its worst part. All but the case is `None` if the case has no value, or if no body comes near in
+/// it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WorstPlace {
-    /// What is not as planned, in words; empty if all is.
+    /// The alteration in words; empty as planned.
     pub case: String,
     /// The scene, by its name.
     pub scene: Option<String>,
-    /// The snapshot, counted from 0; `None` of ways in, which are of all snapshots at once.
+    /// The snapshot, counted from 0; `None` for ways in, which cover all snapshots at once.
     pub snapshot: Option<usize>,
     /// The repeat, counted from 0.
     pub repeat: Option<usize>,
-    /// Of a way in, who else is there.
+    /// The company, for a way in.
     pub people: Option<Company>,
-    /// Of a way in, the body, by its name.
+    /// The body's name, for a way in.
     pub body: Option<String>,
-    /// Of a way in, the entry, by its name.
+    /// The entry's name, for a way in.
     pub entry: Option<String>,
 }
 
-/// A number that may be infinite, which JSON has no number for: the distance of a body that never comes near. It is
+/// A number that may be infinite, which JSON cannot represent: the distance of a body that never comes near. It is
 /// written as `"inf"`, as in the tables.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "WrittenNumber", into = "WrittenNumber")]
@@ -186,7 +186,7 @@ impl From<WrittenNumber> for JsonNumber {
 }
 
 impl Verdicts {
-    /// What was found of sets that were judged, some of them with their speeds; the study is the one that was judged.
+    /// The verdicts on judged sets, some with their speeds; the study is the judged one.
     pub(super) fn new(
         study: &Study,
         subject: &Subject,
@@ -219,7 +219,7 @@ impl Verdicts {
     /// Reads them from a folder; `None` if nothing was judged there.
     ///
     /// # Errors
-    /// `Error::Input` that names the file and what to do: if the file is damaged or in another format, or if an older
+    /// `Error::Input` that names the file and a remedy: if the file is damaged or in another format, or if an older
     /// program judged without it.
     pub fn read(folder: &Path) -> Result<Option<Verdicts>> {
         FILE.read(folder)
@@ -228,7 +228,7 @@ impl Verdicts {
     /// Writes them into a folder.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub(super) fn write(&self, folder: &Path) -> Result<()> {
         FILE.write(folder, self)
     }

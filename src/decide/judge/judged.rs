@@ -9,7 +9,7 @@ use perirobot_study::world::place::Places;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 
-/// A choice of sensors that was judged.
+/// A judged choice of sensors.
 #[derive(Clone, Debug)]
 pub struct JudgedSet<'a> {
     /// Its combination.
@@ -18,11 +18,11 @@ pub struct JudgedSet<'a> {
     pub poses: String,
     /// Its representation.
     pub representation: String,
-    /// Where its sensors are, in words.
+    /// The places of its sensors, in words.
     pub place: String,
-    /// What it counts under which conditions.
+    /// Its counts under each condition.
     pub conditions: Conditions,
-    /// Each requirement under each condition.
+    /// The verdict on each requirement under each condition.
     pub judgements: Vec<Judgement<'a>>,
 }
 
@@ -45,7 +45,7 @@ impl<'a> JudgedSet<'a> {
         }
     }
 
-    /// Judges a choice of a study that was not swept: [`crate::view::with_set`].
+    /// Judges a choice of a study without a sweep: [`crate::view::with_set`].
     pub(super) fn not_swept(
         (study, worlds): (&'a Study, &[World]),
         choice: &Choice,

@@ -1,4 +1,4 @@
-//! A whole judgement of choices of a sweep. The questions are checked before anything is counted or removed; then
+//! The judgement of choices of a sweep. The questions are checked before anything is counted or removed; then
 //! everything is counted, and the files are written.
 
 use std::collections::BTreeSet;
@@ -30,7 +30,7 @@ use perirobot_sweep::results::files::{
     CONDITIONS, DRAWS, JUDGE_JSON, REQUIREMENTS, SEPARATION, SPEEDS, remove_files,
 };
 
-/// Choices of a sweep that can be judged.
+/// Choices of a sweep, ready to be judged.
 pub struct Judging<'a> {
     study: &'a Study,
     worlds: &'a [World],
@@ -39,23 +39,23 @@ pub struct Judging<'a> {
     what_ifs: Vec<WhatIf<'a>>,
     grounds: Vec<SharedGround<'a>>,
     at_speeds: Vec<AtEachSpeed>,
-    /// What its user may not expect.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// The same of scenes, by their names: what the grid cuts off of regions and people.
+    /// Warnings of scenes, by their names: parts of regions and people that the grid cuts off.
     pub cut_off: Vec<(&'a str, Vec<String>)>,
 }
 
-/// What was judged.
+/// The result of a judgement.
 pub struct JudgeResult<'a> {
     /// Each choice with its verdicts.
     pub sets: Vec<JudgedSet<'a>>,
-    /// The mounts of all choices as they were drawn, if they were.
+    /// The drawn mounts of all choices, if any.
     draws: Option<Draws>,
-    /// What is wrong with where people of `[postures]` stand.
+    /// Warnings about the places of people of `[postures]`.
     pub warnings: Vec<String>,
 }
 
-/// Fails where a study requires nothing.
+/// Fails if a study has no requirements.
 pub fn requires_something(study: &Study) -> Result<()> {
     if !study.requirements.is_empty() {
         return Ok(());
@@ -65,22 +65,22 @@ pub fn requires_something(study: &Study) -> Result<()> {
         "[[require]] name = \"parts seen\", score = \"parts_detected\", region = {region:?}, at_least = 0.9"
     );
     Err(Error::from(Issue::missing("require").with_place(&study.path)).with_advice(format!(
-        "say what sensors must reach, as in {example}; `require` of [choose] only limits a search"
+        "add a requirement, as in {example}; `require` of [choose] only limits a search"
     )))
 }
 
-/// Removes the files of an earlier judgement from a folder, and one more file, so that none of them is taken for those
-/// of the next one, whatever ends it.
+/// Removes the files of an earlier judgement from a folder, and one more file, so that they are never mistaken for the
+/// new ones, even after an interruption.
 pub fn forget(folder: &Path, more: Option<&Path>) -> Result<()> {
     let files = [JUDGE_JSON, REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS];
     remove_files(files.map(|name| folder.join(name)).into_iter().chain(more.map(PathBuf::from)))
 }
 
 impl<'a> Judging<'a> {
-    /// Checks all that a study asks of choices.
+    /// Checks the requirements of a study for some choices.
     ///
     /// # Errors
-    /// When something cannot be asked, such as of a person who cannot be read.
+    /// If something cannot be computed, for example for a person who cannot be read.
     pub fn new(
         study: &'a Study,
         worlds: &'a [World],
@@ -98,27 +98,27 @@ impl<'a> Judging<'a> {
         Ok(Judging { study, worlds, results, choices, what_ifs, grounds, at_speeds, warnings, cut_off })
     }
 
-    /// How many cases there are to count, each in each snapshot and repeat.
+    /// The number of cases to count, in each snapshot and repeat.
     pub fn total(&self) -> u64 {
-        let asked = counted_conditions(self.study);
+        let conditions = counted_conditions(self.study);
         let near: u64 = self.grounds.iter().map(|ground| ground.total(&self.what_ifs)).sum();
-        let of_one = |what_if: &WhatIf| what_if.total(&asked) + what_if.total_measured();
-        near + self.what_ifs.iter().map(of_one).sum::<u64>()
+        let cases = |what_if: &WhatIf| what_if.total(&conditions) + what_if.total_measured();
+        near + self.what_ifs.iter().map(cases).sum::<u64>()
     }
 
-    /// Counts all cases, and decides. Backends are opened where they are needed.
+    /// Counts all cases, and decides. Backends are opened when needed.
     ///
     /// # Errors
-    /// When a backend fails, or counts the plan differently than the sweep; when no mount can be anywhere but where it is
-    /// planned; `Error::Stopped`.
+    /// If a backend fails, or counts the plan differently than the sweep; if no mount can move from its planned place;
+    /// `Error::Stopped`.
     pub fn judge(
         &self,
         open: &dyn Fn() -> Result<ChosenBackends>,
         progress: &dyn Progress,
     ) -> Result<JudgeResult<'_>> {
-        let asked = counted_conditions(self.study);
+        let requested = counted_conditions(self.study);
         let is_swept = |choice: &Choice| choice.combination < self.results.combinations.len();
-        let counts = !asked.is_empty() || !self.choices.iter().all(is_swept);
+        let counts = !requested.is_empty() || !self.choices.iter().all(is_swept);
         let mut backends = counts.then(open).transpose()?;
         let mut conditions: Vec<Conditions> = Vec::new();
         for (choice, what_if) in self.choices.iter().zip(&self.what_ifs) {
@@ -127,11 +127,11 @@ impl<'a> Judging<'a> {
                 _ => Conditions::from_results(self.study, self.results, choice)?,
             });
         }
-        let asked = (&asked[..], &self.grounds[..]);
+        let work = (&requested[..], &self.grounds[..]);
         let draws = add_cases(
             &self.what_ifs,
             &mut conditions,
-            asked,
+            work,
             (backends.as_mut().map(|backends| backends as &mut dyn BackendFactory), open),
             progress,
         )?;
@@ -141,13 +141,13 @@ impl<'a> Judging<'a> {
             false => JudgedSet::not_swept((self.study, self.worlds), choice, conditions),
         });
         let sets: Vec<JudgedSet> = judged.collect();
-        // Who stands where is the same for each choice.
-        let stood = sets.first().map_or(&[][..], |set| set.conditions.cases(Condition::Postures));
-        let warnings = stood.iter().flat_map(|case| case.warnings.clone()).collect();
+        // All choices have the same postures.
+        let posture_cases = sets.first().map_or(&[][..], |set| set.conditions.cases(Condition::Postures));
+        let warnings = posture_cases.iter().flat_map(|case| case.warnings.clone()).collect();
         Ok(JudgeResult { sets, draws, warnings })
     }
 
-    /// The sets of which something is asked at each speed of the robot, with the verdicts there.
+    /// The sets with requirements at each robot speed, and the verdicts there.
     pub fn speeds<'s>(&'s self, sets: &'s [JudgedSet<'s>]) -> Vec<(&'s JudgedSet<'s>, Speeds<'s>)> {
         if self.study.stopping.is_none() {
             return Vec::new();
@@ -155,13 +155,13 @@ impl<'a> Judging<'a> {
         sets.iter().filter_map(|set| Some((set, Speeds::new(&self.at_speeds, self.results, set)?))).collect()
     }
 
-    /// Writes the files into the folder of the sweep; the verdicts as `judge.json` has them.
+    /// Writes the files into the folder of the sweep; returns the verdicts of `judge.json`.
     ///
     /// # Errors
-    /// When one cannot be written.
+    /// If one cannot be written.
     pub fn write(&self, folder: &Path, judged: &JudgeResult<'_>) -> Result<Verdicts> {
         let JudgeResult { sets, draws, .. } = judged;
-        // A file of poses is of one choice.
+        // A file of poses belongs to one choice.
         if let (Some(draws), [_]) = (draws, self.choices) {
             draws.write(folder)?;
         }
@@ -179,7 +179,7 @@ impl<'a> Judging<'a> {
         Ok(verdicts)
     }
 
-    /// What is measured of the plan of a set.
+    /// The measurements of the plan of a set.
     fn measured_moments<'s>(&'s self, set: &'s JudgedSet) -> impl Iterator<Item = MeasuredMoment<'s>> {
         set.conditions.measurements().map(|(moment, separation)| MeasuredMoment {
             set: [&set.combination, &set.poses, &set.representation].map(String::as_str),
@@ -190,7 +190,7 @@ impl<'a> Judging<'a> {
     }
 }
 
-/// What the grid of each scene cuts off from the regions in which is decided.
+/// The parts of the regions with requirements that the grid of each scene cuts off.
 fn cut_off<'a>(study: &Study, worlds: &'a [World], at_speeds: &[AtEachSpeed]) -> Vec<(&'a str, Vec<String>)> {
     let required = study.requirements.iter().chain(at_speeds.iter().map(|at| &at.requirement));
     let regions: BTreeSet<usize> = required.filter_map(Requirement::region).collect();

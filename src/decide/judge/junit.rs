@@ -1,10 +1,10 @@
-//! Verdicts as JUnit XML, which build servers read: a test case for each set of sensors, requirement and condition.
+//! Verdicts as JUnit XML for build servers: a test case for each set of sensors, requirement and condition.
 
 use super::judged::JudgedSet;
 use super::verdict::Judgement;
 
-/// The whole file. `told` says in words what was found.
-pub fn junit_xml(sets: &[JudgedSet], told: &dyn Fn(&JudgedSet, &Judgement) -> String) -> String {
+/// The whole file. `describe` returns a verdict in words.
+pub fn junit_xml(sets: &[JudgedSet], describe: &dyn Fn(&JudgedSet, &Judgement) -> String) -> String {
     let all = || sets.iter().flat_map(|set| &set.judgements);
     let (tests, failures) = (all().count(), all().filter(|judgement| !judgement.is_met).count());
     let counts = format!("tests=\"{tests}\" failures=\"{failures}\"");
@@ -14,7 +14,7 @@ pub fn junit_xml(sets: &[JudgedSet], told: &dyn Fn(&JudgedSet, &Judgement) -> St
     for set in sets {
         for judgement in &set.judgements {
             let name = format!("{} ({})", judgement.requirement.name, judgement.condition.name());
-            let told = escape(&told(set, judgement));
+            let description = escape(&describe(set, judgement));
             let [name, class] = [&name, &set.poses].map(|text| escape(text));
             text += &format!("    <testcase classname=\"{class}\" name=\"{name}\">\n");
             if let Some(words) = &judgement.requirement.safety_function {
@@ -22,8 +22,8 @@ pub fn junit_xml(sets: &[JudgedSet], told: &dyn Fn(&JudgedSet, &Judgement) -> St
                 text += &format!("      <properties>{property}</properties>\n");
             }
             text += &match judgement.is_met {
-                true => format!("      <system-out>{told}</system-out>\n"),
-                false => format!("      <failure message=\"{told}\"/>\n"),
+                true => format!("      <system-out>{description}</system-out>\n"),
+                false => format!("      <failure message=\"{description}\"/>\n"),
             };
             text += "    </testcase>\n";
         }
@@ -31,7 +31,7 @@ pub fn junit_xml(sets: &[JudgedSet], told: &dyn Fn(&JudgedSet, &Judgement) -> St
     text + "  </testsuite>\n</testsuites>\n"
 }
 
-/// Text for XML, in attributes, too.
+/// Escapes text for XML, also in attributes.
 fn escape(text: &str) -> String {
     let one = |c: char| match c {
         '&' => "&amp;".into(),
@@ -39,7 +39,7 @@ fn escape(text: &str) -> String {
         '>' => "&gt;".into(),
         '"' => "&quot;".into(),
         '\n' => "&#10;".into(),
-        // XML has no other control characters; names of studies have none.
+        // XML allows no other control characters; names of studies have none.
         c if c.is_control() => "\u{fffd}".into(),
         c => c.to_string(),
     };

@@ -15,20 +15,19 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::{Counted, Limit, Requirement};
 use perirobot_sweep::results::Results;
 
-/// Which choices are looked at.
+/// A filter of choices.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeaderScope<'a> {
-    /// Those of this combination; of all where none is named.
+    /// This combination; all if `None`.
     pub combination: Option<&'a str>,
-    /// In this representation; in the first of each combination where none is named.
+    /// This representation; the first of each combination if `None`.
     pub representation: Option<&'a str>,
 }
 
-/// A choice with its values, a value for each requirement that is counted.
+/// A choice with its values, one for each requirement on counts.
 type Valued = (Choice, Vec<Option<Value>>);
 
-/// The sets in a folder of results, if they are those that `choose` put there: the best by a score, or the cheapest that
-/// pass.
+/// The sets in a folder of results, if `choose` wrote them: the best by a score, or the cheapest that pass.
 ///
 /// # Errors
 /// Those of [`Chosen::read`], and of `cheapest.json`.
@@ -39,12 +38,12 @@ pub fn chosen_sets(folder: &Path, results: &Results) -> Result<Option<Vec<Choice
     Ok(is_chosen.then(|| (0..results.combinations.len()).map(of_set).collect()))
 }
 
-/// The choices that meet most requirements as planned, this many, the best first. Of those that meet equally many,
-/// the one comes first that is better by the first requirement, then by the next, then in study order. Of requirements
-/// only those tell which choices are good that are of scores which a sweep counts.
+/// The choices that meet most requirements as planned, this many, best first. Among choices that meet equally many, the
+/// one that is better by the first requirement comes first, then by the next, then in study order. Only requirements on
+/// scores of a sweep count.
 ///
 /// # Errors
-/// When no requirement is of such a score; when a name is unknown; those of [`Results::counts`].
+/// If no requirement has such a score; if a name is unknown; those of [`Results::counts`].
 pub fn leaders(
     requirements: &[Requirement],
     results: &Results,
@@ -54,9 +53,9 @@ pub fn leaders(
     let requirements: Vec<(&Requirement, &Counted)> =
         requirements.iter().filter_map(|one| Some((one, one.counted_score()?))).collect();
     if requirements.is_empty() {
-        let what = "no requirement is of a score that a sweep counts, so none tells which choice is good";
+        let what = "no requirement has a score that a sweep counts, so choices cannot be ranked";
         return Err(
-            Error::from(Issue::says(what)).with_advice(Words::from("say which with ") + Argument("pose"))
+            Error::from(Issue::says(what)).with_advice(Words::from("choose one with ") + Argument("pose"))
         );
     }
     let mut all: Vec<Valued> = Vec::new();
@@ -84,7 +83,7 @@ pub fn leaders(
     Ok(all.into_iter().take(count).map(|(choice, _)| choice).collect())
 }
 
-/// How two values compare, the better one first; no value is the worst.
+/// Compares two values, the better one first; a missing value is the worst.
 fn better(limit: &Limit, a: &Option<Value>, b: &Option<Value>) -> Ordering {
     match (a, b, limit) {
         (Some(a), Some(b), Limit::AtLeast(_)) => b.cmp(a),
@@ -93,19 +92,19 @@ fn better(limit: &Limit, a: &Option<Value>, b: &Option<Value>) -> Ordering {
     }
 }
 
-/// Combinations and representations by their numbers.
+/// Combinations and representations by their indices.
 fn scope_numbers(results: &Results, among: LeaderScope) -> Result<Vec<(usize, usize)>> {
     let known: Vec<&str> = results.combinations.iter().map(|one| one.name.as_str()).collect();
     if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
         return Err(unknown(Argument("combination"), Some(name), &known));
     }
     let combinations = (0..known.len()).filter(|&c| among.combination.is_none_or(|name| known[c] == name));
-    let of = |combination: usize| {
+    let representations = |combination: usize| {
         let names = &results.combinations[combination].representations;
         let wanted = |name: &str| names.iter().position(|known| known == name);
         Some((combination, among.representation.map_or(Some(0), wanted)?))
     };
-    let found: Vec<(usize, usize)> = combinations.clone().filter_map(of).collect();
+    let found: Vec<(usize, usize)> = combinations.clone().filter_map(representations).collect();
     if found.is_empty() {
         let names = combinations.flat_map(|c| &results.combinations[c].representations);
         return Err(unknown(Argument("representation"), among.representation, &names.collect::<Vec<_>>()));

@@ -1,9 +1,9 @@
-//! Distances that a controller measures with a choice of sensors, as planned and in the cases with a requirement on it.
+//! A controller's measured distances with a choice of sensors, as planned and in the required cases.
 
 use super::alteration::Alteration;
 use super::cases::{Case, Conditions};
 use super::draws::Draws;
-use super::postures::{Stood, find_posture};
+use super::postures::{PostureStudy, find_posture};
 use super::scope::controller_conditions;
 use super::what_if::WhatIf;
 use crate::controller::measure;
@@ -15,20 +15,20 @@ use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
 impl WhatIf<'_> {
-    /// How many cases [`measure_cases`] looks at, at each moment for itself.
+    /// The number of cases in [`measure_cases`], each moment counted.
     pub fn total_measured(&self) -> u64 {
-        let asked = controller_conditions(self.study);
-        self.cases_under(&asked) * self.worlds.len() as u64 * u64::from(self.study.repeats)
+        let controlled = controller_conditions(self.study);
+        self.cases_under(&controlled) * self.worlds.len() as u64 * u64::from(self.study.repeats)
     }
 }
 
-/// A case of a choice, with the members that speak in it.
+/// A case of a choice, with its active members.
 type SpeakingCase<'c, 'w> = (&'c WhatIf<'w>, Vec<[usize; 3]>, &'c mut Case);
 
-/// Adds to the cases of each condition that asks for it what a controller would measure, choice by choice.
+/// Adds a controller's measurements to the cases of each condition with such a requirement, choice by choice.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped`.
+/// If the backend fails; `Error::Stopped`.
 pub fn measure_cases(
     what_ifs: &[WhatIf],
     conditions: &mut [Conditions],
@@ -37,11 +37,11 @@ pub fn measure_cases(
     progress: &dyn Progress,
 ) -> Result<()> {
     let Some(WhatIf { study, worlds, .. }) = what_ifs.first() else { return Ok(()) };
-    let asked = controller_conditions(study);
+    let controlled = controller_conditions(study);
     let (mut planned, mut drawn) = (Vec::new(), Vec::new());
-    let mut stood: Vec<(String, Vec<SpeakingCase>)> = Vec::new();
+    let mut by_posture: Vec<(String, Vec<SpeakingCase>)> = Vec::new();
     for (what_if, conditions) in what_ifs.iter().zip(conditions) {
-        let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| asked.contains(condition));
+        let of_asked = conditions.cases.iter_mut().filter(|(condition, _)| controlled.contains(condition));
         for case in of_asked.flat_map(|(_, cases)| cases) {
             match (&case.alteration, draws) {
                 (Alteration::None, _) => planned.push((what_if, what_if.members.clone(), case)),
@@ -56,9 +56,9 @@ pub fn measure_cases(
                 (Alteration::Posture(name), _) => {
                     let name = name.clone();
                     let own = (what_if, what_if.members.clone(), case);
-                    match stood.iter_mut().find(|(known, _)| *known == name) {
+                    match by_posture.iter_mut().find(|(known, _)| *known == name) {
                         Some((_, cases)) => cases.push(own),
-                        None => stood.push((name, vec![own])),
+                        None => by_posture.push((name, vec![own])),
                     }
                 }
             }
@@ -68,14 +68,15 @@ pub fn measure_cases(
     if let Some(draws) = draws {
         measure_in(&draws.study, &draws.worlds, drawn, backend, progress)?;
     }
-    for (name, cases) in stood {
-        let Stood { study, worlds, .. } = Stood::new(study, worlds, find_posture(study, &name)?)?;
+    for (name, cases) in by_posture {
+        let PostureStudy { study, worlds, .. } =
+            PostureStudy::new(study, worlds, find_posture(study, &name)?)?;
         measure_in(&study, &worlds, cases, backend, progress)?;
     }
     Ok(())
 }
 
-/// Measures cases in the same voxels, each with the sensors that speak in it.
+/// Measures cases with the same voxels, each with its active sensors.
 fn measure_in(
     study: &Study,
     worlds: &[World],

@@ -19,58 +19,60 @@ use perirobot_study::world::{World, cut_warnings};
 /// A spot has so much room above what carries a person, in metres.
 const ROOM_M: f64 = 1.8;
 
-/// A study in which somebody stands in the place of the people of its scenes, and its worlds.
+/// A study in which one person replaces the people of its scenes, and its worlds.
 #[derive(Debug)]
-pub(super) struct Stood {
+pub(super) struct PostureStudy {
     pub(super) study: Study,
     pub(super) worlds: Vec<World>,
-    /// What is wrong with where the person is, scene by scene: inside of something, or in the air.
+    /// Warnings about the person's place, scene by scene: inside an object, or in the air.
     pub(super) warnings: Vec<String>,
 }
 
-impl Stood {
-    /// `worlds` are those of the study that are looked at; only their scenes are made, each on the grid that it has
-    /// there, so that regions have the same voxels whoever stands where.
+impl PostureStudy {
+    /// `worlds` are those of the study; only their scenes are made, each on its present grid, so that regions have the
+    /// same voxels for every posture.
     ///
     /// # Errors
-    /// When the spot is beside the grid, or nothing of the person is in it; when the person cannot be read; when the
-    /// scene cannot be made with it.
-    pub(super) fn new(study: &Study, worlds: &[World], posture: &Posture) -> Result<Stood> {
+    /// If the spot is outside the grid, or the grid contains no part of the person; if the person cannot be read; if
+    /// the scene cannot be made with the person.
+    pub(super) fn new(study: &Study, worlds: &[World], posture: &Posture) -> Result<PostureStudy> {
         let placed = scenes(worlds).map(|scene| Ok((scene[0].scene, place(study, &scene[0], posture)?)));
         let placed: BTreeMap<usize, Posture> = placed.collect::<Result<_>>()?;
         let in_scene = |scene: usize| placed.get(&scene).unwrap_or(posture);
-        let mut stood =
-            Stood { study: with_posture(study, &in_scene), worlds: Vec::new(), warnings: Vec::new() };
+        let mut posture_study =
+            PostureStudy { study: with_posture(study, &in_scene), worlds: Vec::new(), warnings: Vec::new() };
         for scene in scenes(worlds) {
             cut_off(study, &scene[0], in_scene(scene[0].scene))?;
             let bounds_m = Some(bounds_m(&scene[0].grid));
-            let made = World::prepare(&Study { bounds_m, ..stood.study.clone() }, scene[0].scene)?;
+            let made = World::prepare(&Study { bounds_m, ..posture_study.study.clone() }, scene[0].scene)?;
             let name = &scene[0].name;
-            let own = made[0].warnings.iter().filter(|said| is_of(posture, said));
-            stood.warnings.extend(own.map(|said| format!("{name}: {said}")));
-            // Regions around people are elsewhere than as planned: told where they are cut off on another side.
+            let own = made[0].warnings.iter().filter(|said| is_about(posture, said));
+            posture_study.warnings.extend(own.map(|warning| format!("{name}: {warning}")));
+            // Regions around people have moved: a warning if they are cut off on another side.
             let is_new = |region: &usize| {
                 let (own, planned) = (cut_at(&made, *region), cut_at(scene, *region));
                 own.iter().zip(planned).any(|(own, planned)| *own && !planned)
             };
             let regions: Vec<usize> = (0..study.regions.len()).filter(is_new).collect();
             let cut = cut_warnings(study, &made, &regions).into_iter();
-            stood.warnings.extend(cut.map(|said| format!("{name}: posture {:?}: {said}", posture.name)));
-            stood.worlds.extend(made);
+            posture_study
+                .warnings
+                .extend(cut.map(|warning| format!("{name}: posture {:?}: {warning}", posture.name)));
+            posture_study.worlds.extend(made);
         }
-        Ok(stood)
+        Ok(posture_study)
     }
 }
 
-/// Whether a warning of a scene is about its person: where it is, and of one in a file also what is odd about that.
-/// Those that ship are as they should be, also if they lie along y.
-fn is_of(posture: &Posture, said: &str) -> bool {
+/// Whether a warning of a scene is about its person: the place, and for a person from a file also the mesh. Shipped
+/// persons need no warnings, even lying along y.
+fn is_about(posture: &Posture, said: &str) -> bool {
     let is_of_file = matches!(posture.person, SurfaceSpec::Mannequin(_));
     let of_object = is_of_file && said.starts_with(&format!("object {:?} ", posture.name));
     of_object || said.starts_with(&format!("person {:?} ", posture.name))
 }
 
-/// Which sides of the grid a region goes beyond at some moment: the low and the high end of each axis.
+/// The sides on which the grid cuts off a region at any moment: the low and the high end of each axis.
 fn cut_at(worlds: &[World], region: usize) -> Vec<bool> {
     let each = worlds.iter().map(|world| world.regions[region].cut_at);
     let both = |all: Vec<bool>, one: [[bool; 2]; 3]| {
@@ -84,16 +86,16 @@ fn scenes(worlds: &[World]) -> impl Iterator<Item = &[World]> {
     worlds.chunk_by(|one, next| one.scene == next.scene)
 }
 
-/// Bounds that make the same grid again: the middle of its first and of its last voxel.
+/// Bounds that yield the same grid: the centres of its first and last voxels.
 fn bounds_m(grid: &Grid) -> [DVec3; 2] {
     let last = grid.window().end().map(|end| end - 1);
     [[0; 3], last].map(|voxel| grid.corner_m(voxel) + grid.voxel_size_m / 2.0)
 }
 
-/// The posture of a name.
+/// The posture of this name.
 ///
 /// # Errors
-/// When the study has none of that name.
+/// If the study has none of this name.
 pub(super) fn find_posture<'s>(study: &'s Study, name: &str) -> Result<&'s Posture> {
     let place = || Site::Argument(Argument("posture"), name.into());
     if study.postures.is_empty() {
@@ -109,10 +111,10 @@ pub(super) fn find_posture<'s>(study: &'s Study, name: &str) -> Result<&'s Postu
     found.ok_or_else(|| Issue::unknown(&known).with_place(place()).into())
 }
 
-/// Of each scene by name, who of `[postures]` is cut off by its grid, as warnings. Nothing is cast.
+/// The people of `[postures]` that the grid of each scene cuts off, as warnings. Nothing is cast.
 ///
 /// # Errors
-/// When a person cannot be read, has a spot beside the grid of a scene, or would not be in it at all.
+/// If a person cannot be read, has a spot outside the grid of a scene, or would not be in it at all.
 pub fn check_postures<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w str, Vec<String>)>> {
     for posture in &study.postures {
         // Each person once.
@@ -154,10 +156,10 @@ fn place(study: &Study, world: &World, posture: &Posture) -> Result<Posture> {
     Ok(Posture { position_m: DVec3::new(at.x, at.y, z), ..posture.clone() })
 }
 
-/// How much of a person the grid of a scene cuts off, if it does.
+/// The part of a person that the grid of a scene cuts off, if any.
 ///
 /// # Errors
-/// When the spot is beside the grid, or the grid has nothing of the person, who would be found nowhere.
+/// If the spot is outside the grid, or the grid contains no part of the person.
 fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<String>> {
     let grid = &world.grid;
     let [low, high] = [grid.corner_m([0; 3]), grid.corner_m(grid.window().end())];
@@ -168,7 +170,7 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
     };
     if (0..2).any(|axis| !(low[axis]..high[axis]).contains(&at[axis])) {
         let rule = format!(
-            "must lie in the grid, which in scene {:?} goes from x {:.2}, y {:.2} to x {:.2}, y {:.2} m",
+            "must be in the grid, which in scene {:?} goes from x {:.2}, y {:.2} to x {:.2}, y {:.2} m",
             world.name, low.x, low.y, high.x, high.y
         );
         return refused(format!("[{}, {}]", at.x, at.y), rule);
@@ -190,8 +192,8 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
     let kept = truth.human.to_window(inside.shift(own.origin.map(|key| -key))).count();
     if kept == 0 {
         let rule = format!(
-            "must be where person {:?} is in the grid, which in scene {:?} goes from z {:.2} to {:.2} m and has nothing \
-             of that person: widen bounds_m of [grid], or mend floor_m of [approach]",
+            "must place person {:?} in the grid, which in scene {:?} goes from z {:.2} to {:.2} m and contains no part \
+             of that person: widen bounds_m of [grid], or correct floor_m of [approach]",
             posture.name, world.name, low.z, high.z
         );
         return refused(format!("[{}, {}] on a floor at {} m", at.x, at.y, at.z), rule);
@@ -199,7 +201,7 @@ fn cut_off(study: &Study, world: &World, posture: &Posture) -> Result<Option<Str
     Ok((kept < all).then(|| {
         let percent = 100.0 * (all - kept) as f64 / all as f64;
         format!(
-            "person {:?} is cut off by the grid: {percent:.1} % of the body lies outside and is left out: widen \
+            "person {:?} is cut off by the grid: {percent:.1} % of the body is outside and ignored: widen \
              bounds_m of [grid], or move the spot",
             posture.name
         )
@@ -215,15 +217,15 @@ fn with_posture<'p>(study: &Study, in_scene: &dyn Fn(usize) -> &'p Posture) -> S
     }
     for (_, region) in &mut study.regions {
         if let RegionSpec::RegionShape(RegionShape::HumanBox { object, .. }) = region {
-            // The only person there is.
+            // The only person.
             *object = None;
         }
     }
     study
 }
 
-/// Takes the people out of an object; whether anything may be left of it. A person goes with all that the same file
-/// has.
+/// Removes the people from an object; returns whether anything is left of it. A person is removed with everything from
+/// the same file.
 fn leave_people_out(object: &mut ObjectSpec) -> bool {
     let people = object.nodes.iter_mut().filter(|rule| rule.role == Some(Role::Human));
     people.for_each(|rule| rule.ignore = true);

@@ -1,9 +1,9 @@
-//! The conditions of a study for counts, for approaches, and for what a controller measures.
+//! The conditions of a study for counts, for approaches, and for measurements of a controller.
 
 use perirobot_study::input::{Condition, Measure, Requirement, Study};
 
-/// The conditions besides the plan under which is counted: those that requirements name, mounting error where the study
-/// says how large that is, and postures where it says who stands where.
+/// The conditions besides the plan with counts: those of requirements, mounting error if the study has it, and postures
+/// if the study has them.
 pub(super) fn counted_conditions(study: &Study) -> Vec<Condition> {
     let is_asked = |condition: &Condition| match condition {
         Condition::AsPlanned => false,
@@ -14,20 +14,18 @@ pub(super) fn counted_conditions(study: &Study) -> Vec<Condition> {
     Condition::ALL.into_iter().filter(is_asked).collect()
 }
 
-/// The conditions under which a study asks how near bodies come: those of its requirements, and the plan where it is
-/// asked at each speed.
+/// The conditions with approaches: those of requirements, and the plan if approaches are judged at each speed.
 pub(super) fn approach_conditions(study: &Study) -> Vec<Condition> {
     conditions_of(study, Requirement::is_of_nearness, asks_how_near_at_speeds(study))
 }
 
-/// The conditions under which is measured: those of requirements on the controller, and the plan where the study says
-/// how far people must be.
+/// The conditions with measurements: those of requirements on the controller, and the plan if the study has a needed
+/// distance of people.
 pub(super) fn controller_conditions(study: &Study) -> Vec<Condition> {
     conditions_of(study, Requirement::is_of_controller, study.stopping.is_some())
 }
 
-/// Whether it is asked at each speed how near bodies come: where the study says which bodies come, or requires
-/// something of how near.
+/// Whether approaches are judged at each speed: if the study lists bodies that approach, or requires a distance.
 pub(super) fn asks_how_near_at_speeds(study: &Study) -> bool {
     let is_near = |one: &Requirement| match &one.measure {
         Measure::Nearness(nearness) => !nearness.score.is_area(),
@@ -36,7 +34,7 @@ pub(super) fn asks_how_near_at_speeds(study: &Study) -> bool {
     study.stopping.is_some() && (study.has_approach || study.requirements.iter().any(is_near))
 }
 
-/// The conditions of some requirements, and the plan where that is asked anyway.
+/// The conditions of some requirements, and the plan if it is needed anyway.
 fn conditions_of(study: &Study, is_meant: fn(&Requirement) -> bool, with_plan: bool) -> Vec<Condition> {
     let is_asked = |condition: &Condition| {
         let mut own = study.requirements.iter().filter(|one| is_meant(one));

@@ -21,20 +21,20 @@ use perirobot_sweep::results::files::SPEEDS;
 use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 use perirobot_sweep::results::{Results, Subject};
 
-/// What is asked of bodies that come near at each speed, as in the column `requirement`.
+/// The requirement on approaches at each speed, as in the column `requirement`.
 const FAR_ENOUGH: &str = "nobody comes nearer unnoticed than is needed";
 
-/// A requirement at a speed: in its region, or of how far people must be.
+/// A requirement at a speed: in its region, or on the needed distance.
 #[derive(Clone, Debug)]
 pub(super) struct AtEachSpeed {
-    /// The number of the speed in [`Stopping::speeds`].
+    /// The index of the speed in [`Stopping::speeds`].
     pub speed: usize,
-    /// The requirement there.
+    /// The requirement at this speed.
     pub requirement: Requirement,
 }
 
-/// Each requirement whose region belongs to a speed in the regions of all speeds of the same entry, requirement by
-/// requirement, the slowest speed first; then how near bodies come at each speed, where that is asked.
+/// Each requirement whose region belongs to a speed, in the regions of all speeds of the same entry, requirement by
+/// requirement, slowest speed first; then the approaches at each speed, if required.
 pub(super) fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
     let family_of = |region: usize| match &study.regions[region].1 {
         RegionSpec::Separation { family, speed, .. } => Some((family, *speed)),
@@ -53,12 +53,12 @@ pub(super) fn at_each_speed(study: &Study) -> Vec<AtEachSpeed> {
     shells.chain(speeds.map(|(speed, at)| far_enough(study, speed, at))).collect()
 }
 
-/// The requirements of each speed of the robot, by its number: as [`at_each_speed`] has them.
+/// The requirements of each robot speed, by its index: those of [`at_each_speed`].
 pub(crate) fn requirements_at_speeds(study: &Study) -> Vec<(usize, Requirement)> {
     at_each_speed(study).into_iter().map(|at| (at.speed, at.requirement)).collect()
 }
 
-/// That nobody comes nearer unnoticed than so far.
+/// The requirement that no body comes closer unnoticed than this.
 fn far_enough(study: &Study, speed: usize, at: &AtSpeed) -> AtEachSpeed {
     let requirement = Requirement {
         name: FAR_ENOUGH.into(),
@@ -76,16 +76,16 @@ fn far_enough(study: &Study, speed: usize, at: &AtSpeed) -> AtEachSpeed {
 
 /// The verdicts on a set at each speed.
 pub struct Speeds<'a> {
-    /// The number of the speed, and the verdict there.
+    /// The index of the speed, and the verdict there.
     pub judgements: Vec<(usize, Judgement<'a>)>,
-    /// The number of the highest speed that is fast enough; `None` where the slowest is not.
+    /// The index of the highest allowed speed; `None` if the slowest is not allowed.
     pub fastest: Option<usize>,
-    /// What is missed of requirements that belong to no speed.
+    /// Missed requirements that depend on no speed.
     pub missed_at_all: Vec<Judgement<'a>>,
 }
 
 impl<'a> Speeds<'a> {
-    /// Of a set that was judged; `None` where no requirement is about a speed.
+    /// The speeds of a judged set; `None` if no requirement depends on a speed.
     pub(super) fn new(
         asked: &'a [AtEachSpeed],
         results: &Results,
@@ -102,7 +102,7 @@ impl<'a> Speeds<'a> {
         speeds.dedup();
         let is_met = |at: &usize| judgements.iter().all(|(speed, judgement)| speed != at || judgement.is_met);
         let fastest = speeds.iter().copied().take_while(is_met).last();
-        // Names are unique in the study; what is asked besides is of no region.
+        // Names are unique in the study; other requirements have no region.
         let has_speed = |own: &Requirement| {
             asked.iter().any(|at| at.requirement.region().is_some() && at.requirement.name == own.name)
         };

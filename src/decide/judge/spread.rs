@@ -5,19 +5,19 @@ use super::verdict::{CasePart, Where, approach_value, controller_value};
 use perirobot_march::metrics::{Ratio, Score};
 use perirobot_study::input::{ApproachScore, Condition, ControllerScore, Counted, Measure};
 
-/// What is summed up.
+/// A summarised score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Summed {
     /// A score in a region, by its index.
     Counted(Score, usize),
-    /// A score of bodies that come near, of all of them by all ways.
+    /// A score of approaching bodies, over all bodies and ways.
     Nearness(ApproachScore),
-    /// A score of what a controller would measure.
+    /// A score of a controller's measurements.
     Controller(ControllerScore),
 }
 
 impl Summed {
-    /// What is required.
+    /// The score of a requirement.
     pub fn from_measure(measure: &Measure) -> Summed {
         match measure {
             Measure::Counted(Counted { score, region, .. }) => Summed::Counted(*score, *region),
@@ -26,7 +26,7 @@ impl Summed {
         }
     }
 
-    /// The score of a name, if it is counted, in a region.
+    /// The score with this name, if it is counted, in a region.
     pub fn from_name(score: &str, region: usize) -> Option<Summed> {
         let counted = Score::ALL.into_iter().map(|score| Summed::Counted(score, region));
         let near = ApproachScore::ALL.into_iter().map(Summed::Nearness);
@@ -43,7 +43,7 @@ impl Summed {
         }
     }
 
-    /// The region, if it is counted in one.
+    /// The region, if it has one.
     pub fn region(self) -> Option<usize> {
         match self {
             Summed::Counted(_, region) => Some(region),
@@ -52,12 +52,12 @@ impl Summed {
     }
 }
 
-/// A score over all parts of all cases of a condition. Numbers are infinite for who never comes near.
+/// A score over all parts of all cases of a condition. Numbers are infinite for bodies that never come near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScoreSpread {
     /// The condition.
     pub condition: Condition,
-    /// What is summed up.
+    /// The score.
     pub of_what: Summed,
     /// The best value.
     pub best: f64,
@@ -67,26 +67,25 @@ pub struct ScoreSpread {
     pub twentieth: f64,
     /// The worst value.
     pub worst: f64,
-    /// Where the worst value is; the first of several.
+    /// The place of the worst value; the first of several.
     pub at: Where,
-    /// How many values there are.
+    /// The number of values.
     pub values: usize,
-    /// How many there would be if every moment of every case had one.
+    /// The number if every moment of every case had one.
     pub of: usize,
 }
 
 impl ScoreSpread {
-    /// Whether there are several values and all are equal: none is the worst.
+    /// Whether there are several values and all are equal, so that none is the worst.
     pub fn is_even(&self) -> bool {
         self.of > 1 && self.values == self.of && self.best == self.worst
     }
 }
 
-/// What each score is in each region under each condition, and how near bodies come; scores without a value are left
-/// out.
+/// Each score in each region under each condition, and the approaches; scores without a value are left out.
 pub fn spreads(conditions: &Conditions) -> Vec<ScoreSpread> {
     let regions = |cases: &[Case]| cases.first().map_or(0, |case| case.counts.len());
-    let of = |(condition, cases): &(Condition, Vec<Case>)| {
+    let scores = |(condition, cases): &(Condition, Vec<Case>)| {
         let parts = (0..regions(cases)).flat_map(|region| Score::ALL.map(|score| (region, score)));
         let counted = parts.filter_map(|(region, score)| spread(*condition, cases, region, score));
         let near = ApproachScore::ALL.into_iter();
@@ -95,7 +94,7 @@ pub fn spreads(conditions: &Conditions) -> Vec<ScoreSpread> {
         let measured = measured.filter_map(|score| controller_spread(*condition, cases, conditions, score));
         counted.chain(near).chain(measured).collect::<Vec<_>>()
     };
-    conditions.cases.iter().flat_map(of).collect()
+    conditions.cases.iter().flat_map(scores).collect()
 }
 
 fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> Option<ScoreSpread> {
@@ -105,9 +104,11 @@ fn spread(condition: Condition, cases: &[Case], region: usize, score: Score) -> 
             Some((Ratio::from_score(score, counts)?, Where { case, part: Some(CasePart::Moment(moment)) }))
         })
     });
-    let of = cases.iter().map(|case| case.counts[region].len()).sum();
+    let total = cases.iter().map(|case| case.counts[region].len()).sum();
     let is_better_less = score.less_is_better();
-    sum(condition, Summed::Counted(score, region), each.collect(), of, is_better_less, |ratio| ratio.value())
+    sum(condition, Summed::Counted(score, region), each.collect(), total, is_better_less, |ratio| {
+        ratio.value()
+    })
 }
 
 fn approach_spread(
@@ -118,15 +119,15 @@ fn approach_spread(
 ) -> Option<ScoreSpread> {
     let each = cases.iter().enumerate().flat_map(|(case, of)| {
         let passages = conditions.passages.iter().zip(&of.near).enumerate();
-        let asked = passages.filter(|(_, (passage, _))| passage.on_floor || !score.is_area());
-        asked.filter_map(move |(number, (_, near))| {
+        let relevant = passages.filter(|(_, (passage, _))| passage.on_floor || !score.is_area());
+        relevant.filter_map(move |(number, (_, near))| {
             let value = approach_value(score, near, conditions)?;
             Some((value, Where { case, part: Some(CasePart::Passage(number)) }))
         })
     });
     let values: Vec<_> = each.collect();
-    let of = values.len();
-    sum(condition, Summed::Nearness(score), values, of, score.is_area(), |value| value.number())
+    let total = values.len();
+    sum(condition, Summed::Nearness(score), values, total, score.is_area(), |value| value.number())
 }
 
 fn controller_spread(
@@ -142,8 +143,8 @@ fn controller_spread(
             Some((value, Where { case, part: Some(CasePart::Moment(moment)) }))
         })
     });
-    let of = cases.iter().map(|case| case.measured.len()).sum();
-    sum(condition, Summed::Controller(score), each.collect(), of, true, |value| value.number())
+    let total = cases.iter().map(|case| case.measured.len()).sum();
+    sum(condition, Summed::Controller(score), each.collect(), total, true, |value| value.number())
 }
 
 fn sum<V: Ord>(
@@ -154,7 +155,7 @@ fn sum<V: Ord>(
     is_better_less: bool,
     number: impl Fn(&V) -> f64,
 ) -> Option<ScoreSpread> {
-    // The worst first. The sort is stable, so that of equal ones the first is kept.
+    // Worst first. The sort is stable, so the first of equal ones stays first.
     values.sort_by(|a, b| if is_better_less { b.0.cmp(&a.0) } else { a.0.cmp(&b.0) });
     let ((worst, at), (best, _)) = (values.first()?, values.last()?);
     let sum: f64 = values.iter().map(|(value, _)| number(value)).sum();
@@ -176,7 +177,7 @@ mod tests {
     use super::*;
     use perirobot_march::metrics::Confusion;
 
-    /// A case with so many unknown voxels of 100 at its moments.
+    /// A case with this many unknown voxels of 100 at its moments.
     fn case(unknown: impl Iterator<Item = u64>) -> Case {
         let counts = |uf| Confusion { tn: 100 - uf, uf, ..Default::default() };
         Case { counts: vec![unknown.map(counts).collect()], ..Case::default() }
@@ -194,7 +195,7 @@ mod tests {
         // Two of forty: 39 and 38.
         assert_eq!((unknown.twentieth, unknown.values, unknown.of), (0.38, 40, 40));
         assert_eq!(unknown.at, Where { case: 1, part: Some(CasePart::Moment(19)) });
-        // Nothing is occupied, so there is nobody to be seen.
+        // Nothing is occupied, so there is no person to see.
         assert!(all.iter().all(|spread| spread.of_what.name() != "human_seen"));
     }
 }

@@ -1,5 +1,5 @@
-//! The tables of a judgement, made for pandas: `requirements.csv`, a row for each set of sensors, requirement and
-//! condition, and `conditions.csv`, a row for each set, condition, region and score.
+//! The tables of a judgement for pandas: `requirements.csv`, a row for each set of sensors, requirement and condition,
+//! and `conditions.csv`, a row for each set, condition, region and score.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use perirobot_march::Result;
 use perirobot_sweep::results::files::{CONDITIONS, REQUIREMENTS};
 use perirobot_sweep::results::table::{Column, ColumnKind, Datum, TableFile, TableFormat};
 
-/// Writes what is required and whether it is met.
+/// Writes the requirements and their verdicts.
 pub(super) fn requirements_csv(folder: &Path, sets: &[SetVerdicts]) -> Result<()> {
     use ColumnKind::{Count, Score, Text};
     let columns = columns(&[
@@ -62,7 +62,7 @@ pub(super) fn requirements_csv(folder: &Path, sets: &[SetVerdicts]) -> Result<()
     table.finish()
 }
 
-/// Writes how good each score is under each condition.
+/// Writes the scores under each condition.
 pub(super) fn conditions_csv(folder: &Path, sets: &[SetVerdicts]) -> Result<()> {
     use ColumnKind::{Count, Score, Text};
     let columns = columns(&[
@@ -106,8 +106,7 @@ fn columns(all: &[(&str, ColumnKind)]) -> Vec<Column> {
     all.iter().map(|&(name, kind)| Column::new(name, kind)).collect()
 }
 
-/// The case, its scene, snapshot and repeat, and of a way in the company, body and entry, too; empty where there is
-/// none.
+/// The case, its scene, snapshot and repeat, and for a way in also the company, body and entry; empty if there is none.
 fn place_of(at: &WorstPlace) -> [Datum<'_>; 7] {
     let number = |n: Option<usize>| Datum::Score(n.map(|n| n as f64));
     [

@@ -1,20 +1,20 @@
-//! The tables of the study on which a value depends besides the sweep, as a hash by which a report notices a change.
+//! The study's tables on which a value depends besides the sweep, as a hash by which a report detects a change.
 
 use super::spread::Summed;
 use perirobot_scene::objects::spec::SurfaceSpec;
 use perirobot_scene::source::sha256;
 use perirobot_study::input::{ApproachScore, Condition, Study};
 
-/// Digits of the hash that tell tables apart.
+/// Hexadecimal digits of the hash.
 const DIGITS: usize = 16;
 
-/// The hash of what the study says in tables that decide a score under a condition, and of the files of people that
-/// they name; empty where none does. A file that cannot be read has no hash, so that it counts as changed.
+/// The hash of the study's tables that decide a score under a condition, and of the files of people in them; empty if
+/// none does. A file that cannot be read has no hash, so it counts as changed.
 pub fn tables_sha256(study: &Study, score: Summed, condition: Condition) -> String {
     let of_condition: &[&str] = match condition {
         Condition::AsPlanned | Condition::OneSensorDead | Condition::TwoSensorsDead => &[],
         Condition::MountingError => &["mounting_error"],
-        // Where the floor is.
+        // The floor's height.
         Condition::Postures => &["postures", "approach"],
     };
     let of_score: &[&str] = match score {
@@ -33,8 +33,8 @@ pub(crate) fn deciding_tables_sha256(study: &Study) -> String {
 }
 
 fn sha256_of_tables(study: &Study, names: &[&str]) -> String {
-    let said: toml::Table = toml::from_str(&study.text).unwrap_or_default();
-    let each = names.iter().map(|name| format!("{name} {}\n", serde_json::json!(said.get(*name))));
+    let tables: toml::Table = toml::from_str(&study.text).unwrap_or_default();
+    let each = names.iter().map(|name| format!("{name} {}\n", serde_json::json!(tables.get(*name))));
     let people = if names.contains(&"postures") { people_sha256(study) } else { String::new() };
     let mut hash = sha256([each.collect::<String>().as_bytes(), people.as_bytes()]);
     hash.truncate(DIGITS);

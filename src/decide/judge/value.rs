@@ -6,27 +6,28 @@ use crate::controller::Excess;
 use perirobot_march::metrics::{Across, Confusion, Ratio, Score, gcd};
 use perirobot_study::input::Limit;
 
-/// Binary digits that a sum of fractions is told by at a time.
+/// Binary digits of a sum of fractions per step.
 const DIGITS: u32 = 32;
 
-/// What is compared with a limit.
+/// A value to compare with a limit.
 #[derive(Clone, Debug)]
 pub enum Value {
     /// The mean of some fractions, at least one.
     Mean(Vec<Ratio>),
-    /// The root of a fraction: a distance, by its square.
+    /// A distance, as the fraction of its square.
     Root(Ratio),
-    /// How much farther a distance, by its square, is than another, and that one.
+    /// The excess of a distance, by its square, over another distance.
     Beyond(Ratio, Ratio),
-    /// How much too far away somebody is measured.
+    /// The excess of a measured distance over the true one.
     Excess(Excess),
-    /// More than any number: the distance of who never comes near, or at which who is there is not measured at all.
+    /// More than any number: the distance of a body that never comes near, or of a person who is present but not
+    /// measured.
     Endless,
 }
 
 impl Value {
-    /// What counts are worth, moment by moment. The worst of several is the one that is nearest to missing the limit.
-    /// Moments without a value are left out; `None` where none has one.
+    /// The value of counts, moment by moment. The worst of several is the one closest to missing the limit. Moments
+    /// without a value are left out; `None` if none has one.
     pub fn from_counts(score: Score, over: Across, limit: &Limit, counts: &[Confusion]) -> Option<Value> {
         let each = || counts.iter().filter_map(|counts| Ratio::from_score(score, counts));
         let parts: Vec<Ratio> = match over {
@@ -43,11 +44,11 @@ impl Value {
     }
 
     /// One fraction.
-    pub(super) fn exactly(ratio: Ratio) -> Value {
+    pub(super) fn from_ratio(ratio: Ratio) -> Value {
         Value::Mean(vec![ratio])
     }
 
-    /// How it compares with a fraction.
+    /// Compares it with a fraction.
     pub fn cmp_ratio(&self, ratio: Ratio) -> Ordering {
         let Ratio { numerator, denominator } = ratio;
         match self {
@@ -57,14 +58,14 @@ impl Value {
                 &[*square],
                 &[Ratio { numerator: numerator.pow(2), denominator: denominator.pow(2) }],
             ),
-            // Both have nine digits after the point, so that the square of their sum stays in bounds.
+            // Both have nine decimals, so the square of their sum stays in bounds.
             Value::Beyond(square, other) => Value::Root(*square).cmp_ratio(ratio.plus(*other)),
             Value::Excess(excess) => excess.cmp_ratio(ratio),
             Value::Endless => Ordering::Greater,
         }
     }
 
-    /// Whether it keeps to a limit.
+    /// Whether it meets a limit.
     pub fn meets(&self, limit: &Limit) -> bool {
         match limit {
             Limit::AtLeast(limit) => self.cmp_ratio(*limit).is_ge(),
@@ -72,7 +73,7 @@ impl Value {
         }
     }
 
-    /// As a number, to be shown.
+    /// As a number for display.
     pub fn number(&self) -> f64 {
         match self {
             Value::Mean(parts) => parts.iter().map(|ratio| ratio.value()).sum::<f64>() / parts.len() as f64,
@@ -84,7 +85,7 @@ impl Value {
     }
 }
 
-/// How the means of some fractions compare.
+/// Compares the means of some fractions.
 fn cmp_means(one: &[Ratio], other: &[Ratio]) -> Ordering {
     let [a, b] = [one, other].map(|parts| parts.len() as i128);
     let own = one.iter().map(|one| (one.numerator * b, one.denominator));
@@ -93,7 +94,7 @@ fn cmp_means(one: &[Ratio], other: &[Ratio]) -> Ordering {
 }
 
 impl Ord for Value {
-    /// Values of one requirement are compared: all are of one kind, or endless.
+    /// Values of one requirement are compared: all are of one kind, or infinite.
     fn cmp(&self, other: &Value) -> Ordering {
         let kind = |value: &Value| match value {
             Value::Mean(_) => 0,
@@ -104,7 +105,7 @@ impl Ord for Value {
         };
         match (self, other) {
             (Value::Mean(one), Value::Mean(other)) => cmp_means(one, other),
-            // The other distance is the same of all.
+            // The other distance is equal in all of them.
             (Value::Root(one), Value::Root(other)) | (Value::Beyond(one, _), Value::Beyond(other, _)) => {
                 cmp_means(&[*one], &[*other])
             }
@@ -128,11 +129,10 @@ impl PartialEq for Value {
 
 impl Eq for Value {}
 
-/// How a sum of fractions compares with 0. Denominators are above 0 and, like numerators, below 2⁹⁴ in size.
+/// The sign of a sum of fractions. Denominators are above 0 and, like numerators, below 2⁹⁴ in size.
 ///
-/// The sum is told digit by digit: what is known of it is a whole number of units, and it lies in the next so many
-/// units above as there are fractions. A sum that is not 0 is no nearer to 0 than 1 / (product of the
-/// denominators), so that enough digits decide.
+/// The sum is computed digit by digit: with n fractions, it lies in an interval of n units above a known whole number
+/// of units. A nonzero sum differs from 0 by at least 1 / (product of the denominators), so enough digits decide.
 fn sign(fractions: impl Iterator<Item = (i128, i128)>) -> Ordering {
     let mut rests: Vec<(i128, i128)> = fractions.collect();
     let mut denominators: Vec<i128> =
@@ -146,7 +146,7 @@ fn sign(fractions: impl Iterator<Item = (i128, i128)>) -> Ordering {
         units += rest.0.div_euclid(rest.1);
         rest.0 = rest.0.rem_euclid(rest.1);
     }
-    // Some bits more than the product has, for as many units as there are fractions.
+    // A few bits more than the product has, since the interval has as many units as there are fractions.
     for _ in 0..(bits + 64).div_ceil(DIGITS.into()) + 1 {
         rests.retain(|rest| rest.0 != 0);
         if rests.is_empty() || units > 0 || units <= -count {
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn means_are_compared_exactly() {
-        // 1/3 + 1/6 + 1/2 = 1, though no binary fraction says so.
+        // 1/3 + 1/6 + 1/2 = 1, although no binary fraction shows it.
         let third = mean(&[(1, 3), (1, 6), (1, 2)]);
         assert_eq!(third, mean(&[(1, 3)]));
         assert_eq!(third, mean(&[(2, 6), (5, 15)]));
@@ -192,7 +192,7 @@ mod tests {
     fn distances_are_compared_by_their_squares() {
         let root = |numerator, denominator| Value::Root(Ratio { numerator, denominator });
         let limit = |value| Limit::AtLeast(Ratio::from_f64(value));
-        // 441 voxels squared of 5 cm: 1.05 m; no root of a binary fraction says so.
+        // 441 voxels squared of 5 cm: 1.05 m, although no root of a binary fraction shows it.
         let distance = root(441, 400);
         assert!(distance.meets(&limit(1.05)) && !distance.meets(&limit(1.050_000_001)));
         assert!(distance.meets(&limit(1.049_999_999)) && root(0, 400).meets(&limit(0.0)));
@@ -204,23 +204,23 @@ mod tests {
 
     #[test]
     fn margins_are_exact_however_many_digits_their_parts_have() {
-        let beyond = |edge_m: f64, squared: i128, needed_m: f64| {
+        let exceeds = |edge_m: f64, squared: i128, needed_m: f64| {
             let Ratio { numerator, denominator } = Ratio::from_f64(edge_m);
             let square = Ratio { numerator: squared * numerator.pow(2), denominator: denominator.pow(2) };
             Value::Beyond(square, Ratio::from_f64(needed_m))
         };
         let limit = |value| Limit::AtLeast(Ratio::from_f64(value));
-        // 1 m where 0.5 m are needed, 1.414 m where 1.2 m are, 0.960 m where 0.5 m are.
-        assert!(beyond(0.05, 400, 0.5).meets(&limit(0.0)) && beyond(0.05, 400, 0.5).meets(&limit(0.5)));
-        assert!(!beyond(0.05, 400, 0.5).meets(&limit(0.500_000_001)));
-        assert!(beyond(0.1, 200, 1.2).meets(&limit(0.0)) && beyond(0.05, 369, 0.5).meets(&limit(0.1)));
-        // Far more is needed than there is.
+        // 1 m if 0.5 m are needed, 1.414 m if 1.2 m are, 0.960 m if 0.5 m are.
+        assert!(exceeds(0.05, 400, 0.5).meets(&limit(0.0)) && exceeds(0.05, 400, 0.5).meets(&limit(0.5)));
+        assert!(!exceeds(0.05, 400, 0.5).meets(&limit(0.500_000_001)));
+        assert!(exceeds(0.1, 200, 1.2).meets(&limit(0.0)) && exceeds(0.05, 369, 0.5).meets(&limit(0.1)));
+        // Far more is needed than is available.
         for needed_m in [13.04, 13.5, 14.0, 100.0, 9000.0] {
             for distance in [1, 5, 12] {
-                assert!(!beyond(1.0, distance * distance, needed_m).meets(&limit(0.0)), "{needed_m}");
+                assert!(!exceeds(1.0, distance * distance, needed_m).meets(&limit(0.0)), "{needed_m}");
             }
         }
-        assert!(!beyond(0.05, 400, 0.5).meets(&limit(20.0)) && beyond(0.05, 0, 0.5).meets(&limit(-1.0)));
+        assert!(!exceeds(0.05, 400, 0.5).meets(&limit(20.0)) && exceeds(0.05, 0, 0.5).meets(&limit(-1.0)));
         let mut state = 5u64;
         let mut next = |below: u64| {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -232,14 +232,14 @@ mod tests {
             let least = next(9_000_000) as f64 / 1e6 - 2.0;
             let margin = (squared as f64).sqrt() * edge_m - needed_m - least;
             if margin.abs() > 1e-9 {
-                let value = beyond(edge_m, squared.into(), needed_m);
+                let value = exceeds(edge_m, squared.into(), needed_m);
                 let found = value.meets(&limit(least));
                 assert_eq!(found, margin > 0.0, "{squared} voxels² of {edge_m} m, {needed_m} m, {least} m");
             }
         }
     }
 
-    /// Against sums over a common denominator.
+    /// Comparison with sums over a common denominator.
     #[test]
     fn signs_are_those_of_common_denominators() {
         let mut state = 3u64;
@@ -262,14 +262,14 @@ mod tests {
     fn the_worst_is_nearest_to_missing_the_limit() {
         let counts = |uo| Confusion { tp: 4 - uo, uo, ..Default::default() };
         let moments = [counts(1), counts(3), counts(0)];
-        let of = |over, limit| Value::from_counts(Score::Unknown, over, &limit, &moments).unwrap();
+        let value = |over, limit| Value::from_counts(Score::Unknown, over, &limit, &moments).unwrap();
         let (least, most) = (Limit::AtLeast(Ratio::from_f64(0.25)), Limit::AtMost(Ratio::from_f64(0.25)));
-        assert_eq!(of(Across::Worst, least), mean(&[(0, 1)]));
-        assert_eq!(of(Across::Worst, most), mean(&[(3, 4)]));
-        assert_eq!(of(Across::Pooled, most), mean(&[(1, 3)]));
-        assert_eq!(of(Across::Mean, most), mean(&[(1, 3)]));
+        assert_eq!(value(Across::Worst, least), mean(&[(0, 1)]));
+        assert_eq!(value(Across::Worst, most), mean(&[(3, 4)]));
+        assert_eq!(value(Across::Pooled, most), mean(&[(1, 3)]));
+        assert_eq!(value(Across::Mean, most), mean(&[(1, 3)]));
         assert!(mean(&[(1, 4)]).meets(&least) && mean(&[(1, 4)]).meets(&most));
-        assert!(!of(Across::Pooled, most).meets(&most));
+        assert!(!value(Across::Pooled, most).meets(&most));
         assert_eq!(Value::from_counts(Score::HumanSeen, Across::Mean, &least, &moments), None);
     }
 }

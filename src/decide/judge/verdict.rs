@@ -13,43 +13,43 @@ use perirobot_study::world::Baselines;
 /// A requirement under a condition.
 #[derive(Clone, Debug)]
 pub struct Judgement<'a> {
-    /// What is required.
+    /// The requirement.
     pub requirement: &'a Requirement,
-    /// When.
+    /// The condition.
     pub condition: Condition,
-    /// Whether all cases keep to the limit.
+    /// Whether all cases meet the limit.
     pub is_met: bool,
-    /// How many cases do not.
+    /// The number of cases that miss it.
     pub failed: usize,
-    /// How many cases there are.
+    /// The number of cases.
     pub cases: usize,
-    /// How many moments (or passages) of all cases have a value; the others are left out.
+    /// The number of moments (or passages) of all cases with a value; the others are left out.
     pub values: usize,
-    /// How many of them all cases have together.
+    /// The number of moments (or passages) of all cases.
     pub of: usize,
-    /// How many cases have mounts that were to be drawn and are as planned.
+    /// The number of cases with mounts that stay as planned because no draw was possible.
     pub kept: usize,
-    /// The value in the case that is nearest to missing the limit, or misses it furthest; `None` where a case has
-    /// no value, which is then missed.
+    /// The value of the case closest to missing the limit, or farthest beyond it; `None` if a case has no value, which
+    /// counts as missed.
     pub value: Option<Value>,
-    /// Which case and part of it that is.
+    /// The worst case and its worst part.
     pub worst: Where,
-    /// Whether there are several cases, and all moments of all have the same value: none is the worst.
+    /// Whether there are several cases, and all moments of all have the same value, so that none is the worst.
     pub all_equal: bool,
-    /// What no choice of the listed poses can exceed, where that misses the limit.
+    /// Upper bound over all choices of the listed poses, if it misses the limit.
     pub out_of_reach: Option<Value>,
 }
 
-/// A part of a case, by their numbers.
+/// A part of a case, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Where {
-    /// Number of the case among those of its condition.
+    /// Index of the case among those of its condition.
     pub case: usize,
-    /// Which part; `None` where the case has no value, or nobody comes near.
+    /// The part; `None` if the case has no value, or no body comes near.
     pub part: Option<CasePart>,
 }
 
-/// A part of a case, by its number.
+/// A part of a case, by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CasePart {
     /// A moment.
@@ -70,14 +70,13 @@ pub(super) fn word(is_met: bool) -> &'static str {
     if is_met { "PASS" } else { "FAIL" }
 }
 
-/// Decides each requirement under each of its conditions that is known. `baselines` are those of each snapshot and
-/// region.
+/// Decides each requirement under each of its known conditions. `baselines` are those of each snapshot and region.
 pub fn judgements<'a>(
     requirements: &'a [Requirement],
     baselines: &[Vec<Baselines>],
     conditions: &Conditions,
 ) -> Vec<Judgement<'a>> {
-    let of = |requirement: &'a Requirement| {
+    let judge = |requirement: &'a Requirement| {
         let is_known = move |condition: &&Condition| {
             conditions.cases(**condition).first().is_some_and(|case| match requirement.measure {
                 Measure::Counted(_) => true,
@@ -88,7 +87,7 @@ pub fn judgements<'a>(
         let known = requirement.under.iter().filter(is_known);
         known.map(move |&condition| judgement(requirement, baselines, condition, conditions))
     };
-    requirements.iter().flat_map(of).collect()
+    requirements.iter().flat_map(judge).collect()
 }
 
 fn judgement<'a>(
@@ -121,7 +120,7 @@ fn judgement<'a>(
         }
         (one, first) => one.is_none() && first.is_none(),
     };
-    // Mounts that are off may see what no listed pose does, and other people may be easier to see.
+    // Shifted mounts may see what no listed pose sees, and other people may be easier to see.
     let is_bound = !matches!(condition, Condition::MountingError | Condition::Postures);
     let bound = is_bound.then(|| best_possible(requirement, baselines)).flatten();
     Judgement {
@@ -140,7 +139,7 @@ fn judgement<'a>(
     }
 }
 
-/// What a case is worth to a requirement.
+/// The value of a case for a requirement.
 fn case_value(requirement: &Requirement, case: &Case, conditions: &Conditions) -> Option<Value> {
     match &requirement.measure {
         Measure::Counted(counted) => counted_value(requirement, counted, &case.counts[counted.region]),
@@ -152,7 +151,7 @@ fn case_value(requirement: &Requirement, case: &Case, conditions: &Conditions) -
     }
 }
 
-/// What counts are worth to a requirement, moment by moment.
+/// The value of counts for a requirement, moment by moment.
 pub(super) fn counted_value(
     requirement: &Requirement,
     counted: &Counted,
@@ -161,7 +160,7 @@ pub(super) fn counted_value(
     Value::from_counts(counted.score, counted.over, &requirement.limit, counts)
 }
 
-/// The parts of a case that a requirement asks, with the value of each.
+/// The parts of a case that a requirement covers, with the value of each.
 fn part_values(
     requirement: &Requirement,
     case: &Case,
@@ -170,14 +169,14 @@ fn part_values(
     match &requirement.measure {
         Measure::Counted(Counted { score, region, .. }) => {
             let moments = case.counts[*region].iter().enumerate();
-            let value = |counts| Ratio::from_score(*score, counts).map(Value::exactly);
+            let value = |counts| Ratio::from_score(*score, counts).map(Value::from_ratio);
             moments.map(|(moment, counts)| (CasePart::Moment(moment), value(counts))).collect()
         }
         Measure::Nearness(nearness) => {
             let each = conditions.passages.iter().zip(&case.near).enumerate();
-            let asked = each.filter(|(_, (passage, _))| passage.is_asked(nearness));
+            let relevant = each.filter(|(_, (passage, _))| passage.is_asked(nearness));
             let value = |near| approach_value(nearness.score, near, conditions);
-            asked.map(|(number, (_, near))| (CasePart::Passage(number), value(near))).collect()
+            relevant.map(|(number, (_, near))| (CasePart::Passage(number), value(near))).collect()
         }
         Measure::Controller(score) => {
             let moments = case.measured.iter().enumerate();
@@ -187,26 +186,26 @@ fn part_values(
     }
 }
 
-/// The part that is worst for a requirement; the first of several.
+/// The worst part for a requirement; the first of several.
 fn worst_part(requirement: &Requirement, parts: Vec<(CasePart, Option<Value>)>) -> Option<CasePart> {
     let each = parts.into_iter().filter_map(|(part, value)| Some((part, value?)));
     let worst = each.reduce(|old, new| if requirement.limit.is_worse(&new.1, &old.1) { new } else { old });
-    // Who never comes near has no way.
+    // A body that never comes near has no way.
     let is_nowhere = |value: &Value| requirement.is_of_nearness() && matches!(value, Value::Endless);
     worst.filter(|(_, value)| !is_nowhere(value)).map(|(part, _)| part)
 }
 
-/// The best that any choice of the listed poses could have.
+/// The best possible value over all choices of the listed poses.
 fn best_possible(requirement: &Requirement, baselines: &[Vec<Baselines>]) -> Option<Value> {
     let counted = requirement.counted_score()?;
     let best: Vec<Confusion> = baselines.iter().map(|snapshot| snapshot[counted.region].ceiling).collect();
-    // The ceiling is the best by the score: of a limit on the wrong side nothing is known.
+    // The ceiling maximises the score: for a limit on the other side the bound is unknown.
     let is_bound = matches!(requirement.limit, Limit::AtMost(_)) == counted.score.less_is_better();
     is_bound.then(|| counted_value(requirement, counted, &best)).flatten()
 }
 
-/// A score of what a body can do; the edge of a voxel is taken to nine digits after the point. `None` of a margin where
-/// it is not said how far people must be.
+/// An approach score of a body; the edge of a voxel is rounded to nine decimals. `None` for a margin without a needed
+/// distance.
 pub(crate) fn approach_value(
     score: ApproachScore,
     near: &NearestApproach,
@@ -224,12 +223,12 @@ pub(crate) fn approach_value(
             let needed = conditions.needed?.needed_distance();
             square.map_or(Value::Endless, |square| Value::Beyond(square, needed))
         }
-        ApproachScore::UnnoticedM2 => Value::exactly(in_m2(near.unnoticed)),
-        ApproachScore::JoinedM2 => Value::exactly(in_m2(near.joined)),
+        ApproachScore::UnnoticedM2 => Value::from_ratio(in_m2(near.unnoticed)),
+        ApproachScore::JoinedM2 => Value::from_ratio(in_m2(near.joined)),
     })
 }
 
-/// A score of what a controller measures at a moment, if there is anything to score.
+/// A score of a controller's measurement at a moment, if defined.
 pub(super) fn controller_value(
     score: ControllerScore,
     separation: &Separation,
@@ -249,16 +248,16 @@ pub(super) fn controller_value(
             }
             let decision = Decision::new(unknown_occupied, truly, conditions.needed?.needed_m, voxel_size_m);
             let numerator = i128::from(decision == Decision::NeedlessStop);
-            Some(Value::exactly(Ratio { numerator, denominator: 1 }))
+            Some(Value::from_ratio(Ratio { numerator, denominator: 1 }))
         }
     }
 }
 
-/// At which share of moments with a robot it is stopped needlessly.
+/// The share of moments with a robot in which it is stopped needlessly.
 fn needless_share(measured: &[Separation], conditions: &Conditions) -> Option<Value> {
     let at = |separation| controller_value(ControllerScore::NeedlessStops, separation, conditions);
     let values: Vec<Value> = measured.iter().filter_map(at).collect();
     let stops = values.iter().filter(|value| value.cmp_ratio(Ratio::from_f64(0.0)).is_gt()).count();
     let denominator = values.len() as i128;
-    (denominator > 0).then(|| Value::exactly(Ratio { numerator: stops as i128, denominator }))
+    (denominator > 0).then(|| Value::from_ratio(Ratio { numerator: stops as i128, denominator }))
 }

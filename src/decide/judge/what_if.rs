@@ -1,4 +1,4 @@
-//! A judged choice of sensors, and its members in each altered case: `counting` counts these cases.
+//! A judged choice of sensors, and its members in each altered case, which `counting` counts.
 
 use super::draws::Draws;
 use crate::view::Choice;
@@ -8,7 +8,7 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::{Combination, Condition, Member, MountingError, Study};
 use perirobot_study::world::World;
 
-/// A choice of sensors that is to be counted in other cases than the plan.
+/// A choice of sensors to be counted in altered cases.
 pub struct WhatIf<'a> {
     pub(super) study: &'a Study,
     pub(super) worlds: &'a [World],
@@ -27,8 +27,7 @@ impl<'a> WhatIf<'a> {
         WhatIf { study, worlds, fusion: combination.fusion, members: members.collect() }
     }
 
-    /// How many cases there are to count, with the plan, in each snapshot and repeat for itself; none where nothing is
-    /// asked besides the plan.
+    /// The number of cases to count, with the plan, in each snapshot and repeat; 0 without conditions besides the plan.
     pub fn total(&self, asked: &[Condition]) -> u64 {
         let all = [&[Condition::AsPlanned], asked].concat();
         let silent =
@@ -50,13 +49,13 @@ impl<'a> WhatIf<'a> {
         self.members.iter().map(|&[s, c, way]| [s, draws.candidate([s, c], draw), way]).collect()
     }
 
-    /// The members that are as planned in a draw, by their names.
+    /// The names of the members that stay as planned in a draw.
     pub(super) fn planned_members(&self, draws: &Draws, draw: u32) -> Vec<String> {
         let kept = self.members.iter().filter(|&&[s, c, _]| draws.keeps([s, c], draw));
         kept.map(|&member| self.name(member)).collect()
     }
 
-    /// Who is dead in the plan, and where sensors are left out.
+    /// The dead sensors of each case, with the plan first, if sensors are left out.
     pub(super) fn left_out(&self, asked: &[Condition]) -> Vec<(Condition, Vec<usize>)> {
         let mut dead = vec![(Condition::AsPlanned, Vec::new())];
         for (condition, count) in [(Condition::OneSensorDead, 1), (Condition::TwoSensorsDead, 2)] {
@@ -68,10 +67,10 @@ impl<'a> WhatIf<'a> {
         dead
     }
 
-    /// The numbers of the members with these names.
+    /// The indices of the members with these names.
     ///
     /// # Errors
-    /// When there is none of a name.
+    /// If a name is unknown.
     pub(super) fn dead(&self, sensors: &[String]) -> Result<Vec<usize>> {
         let known = self.names();
         let number = |sensor: &String| {
@@ -83,7 +82,7 @@ impl<'a> WhatIf<'a> {
         sensors.iter().map(number).collect()
     }
 
-    /// The members but for those with these numbers.
+    /// The members without those at these indices.
     pub(super) fn remaining_members(&self, dead: &[usize]) -> Vec<[usize; 3]> {
         let left = self.members.iter().enumerate().filter(|(number, _)| !dead.contains(number));
         left.map(|(_, member)| *member).collect()
@@ -99,7 +98,7 @@ impl<'a> WhatIf<'a> {
         format!("{}:{}", sensor.name, sensor.candidates[candidate].name)
     }
 
-    /// Members as a combination with one choice of poses, and the number of their representation there.
+    /// Members as a combination with one choice of poses, and the index of their representation there.
     pub(super) fn as_combination(
         &self,
         study: &Study,
@@ -113,7 +112,7 @@ impl<'a> WhatIf<'a> {
         (combination, way)
     }
 
-    /// How many cases these conditions have.
+    /// The number of cases of these conditions.
     pub(super) fn cases_under(&self, asked: &[Condition]) -> u64 {
         let draws = self.error(asked).map_or(0, |error| u64::from(error.draws));
         let postures = if asked.contains(&Condition::Postures) { self.study.postures.len() } else { 0 };
@@ -129,8 +128,8 @@ impl<'a> WhatIf<'a> {
     }
 }
 
-/// Which members of a set of so many are dead in each case of a condition under which 0, 1 or 2 are. Of one sensor alone
-/// no two can be dead: the worst is that it is.
+/// The indices of the dead members in each case of a condition with 0, 1 or 2 dead sensors. A single sensor cannot fail
+/// twice: the worst case is that it is dead.
 pub(crate) fn dead_members(members: usize, dead: usize) -> Vec<Vec<usize>> {
     let all = 0..members;
     match dead {

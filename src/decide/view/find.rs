@@ -8,33 +8,32 @@ use perirobot_study::input::{Combination, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns::representation_names;
 
-/// Which choice, in which scene; the default is the first of each.
+/// Names a choice and a scene; the default is the first of each.
 #[derive(Clone, Debug, Default)]
 pub struct ChoiceSelector {
-    /// As in the column `poses` of results.csv; of a sensor that is scored alone, the pose's own name will
-    /// do.
+    /// The poses as in the column `poses` of results.csv; for a sensor scored alone, the pose's name alone suffices.
     pub poses: String,
-    /// The combination's name, where several have such a choice.
+    /// The combination's name, if several have such a choice.
     pub combination: Option<String>,
-    /// As in the column `representation`.
+    /// The representation as in the column `representation`.
     pub representation: Option<String>,
     /// The scene's name.
     pub scene: Option<String>,
-    /// Which moment of it, counted from 0.
+    /// The moment, counted from 0.
     pub snapshot: usize,
-    /// Which repeat, counted from 0.
+    /// The repeat, counted from 0.
     pub repeat: usize,
 }
 
-/// Finds the world (among those of the study, or at least of the scene) and the choice. The error for an
-/// unknown name lists the known ones.
+/// Finds the world (among those of the study, or at least of the scene) and the choice. The error for an unknown name
+/// lists the known ones.
 pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &ChoiceSelector) -> Result<(&'w World, Choice)> {
     let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
     let found = find_choices(&all, &wanted.poses, wanted.combination.as_deref())?;
     let (combination, choice) = found[0];
     if let Some((other, _)) = found.get(1) {
         let [a, b] = [combination, *other].map(|number| &study.combinations[number].name);
-        let cure = Words::from("say which with ") + Argument("combination");
+        let cure = Words::from("choose one with ") + Argument("combination");
         let place = Site::Argument(Argument("pose"), wanted.poses.clone());
         return Err(Error::input(place, format!("is a choice of {a:?} and of {b:?}")).with_advice(cure));
     }
@@ -53,7 +52,7 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &ChoiceSelector) -> 
     Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
 }
 
-/// Finds only the scene, and checks that it has such a snapshot.
+/// Finds only the scene, and checks that it has this snapshot.
 pub fn find_scene(study: &Study, wanted: &ChoiceSelector) -> Result<usize> {
     let scenes: Vec<_> = study.scenes.iter().map(|scene| scene.name.as_str()).collect();
     let scene = match &wanted.scene {

@@ -34,16 +34,16 @@ pub use returns::ReturnPoint;
 pub use set::with_set;
 pub use viewer::Viewer;
 
-/// What is looked at; numbers are those of the study.
+/// The subject of a view; indices are those of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Index of the combination.
     pub combination: usize,
-    /// Number of the choice of poses ([`perirobot_study::input::Combination::choice`]).
+    /// Index of the choice of poses ([`perirobot_study::input::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`perirobot_study::input::Combination::representations`]).
+    /// Index of the choice of representations ([`perirobot_study::input::Combination::representations`]).
     pub representation: usize,
-    /// Which repeat, counted from 0.
+    /// The repeat, counted from 0.
     pub repeat: usize,
 }
 
@@ -54,16 +54,15 @@ pub struct SensorView {
     pub sensor: usize,
     /// Index of its candidate.
     pub candidate: usize,
-    /// Where it stands in the grid; at the origin if it has no pose.
+    /// Its pose in the grid; the origin if it has no pose.
     pub placement: GridPose,
     /// Whether it casts rays in this representation.
     pub casts: bool,
-    /// What they tell, in a view over the whole grid: planes, and how each ray ended.
+    /// The evidence of its rays, in a view over the whole grid: planes, and the end of each ray.
     pub cast: Option<Evidence>,
-    /// What it says in this representation, at least over the voxels of the view; `occupied` wins where both
-    /// are set.
+    /// Its labels in this representation, at least over the voxels of the view; `occupied` wins if both are set.
     pub says: Planes,
-    /// Whether its hits are voxels of people that it feels.
+    /// Whether its hits are people's voxels that it feels.
     pub presence: bool,
 }
 
@@ -76,49 +75,49 @@ pub struct View<'a> {
     pub world: &'a World,
     /// The truth of that scene.
     pub truth: Arc<Truth>,
-    /// What is looked at.
+    /// The subject.
     pub choice: Choice,
-    /// Its sensors, in the order they speak.
+    /// Its sensors, in the order of precedence.
     pub members: Vec<SensorView>,
-    /// Their labels, over the grid or over the window of the regions; no voxel is both occupied and free, and
-    /// a voxel that is neither is unknown.
+    /// Their fused labels, over the grid or over the window of the regions; no voxel is both occupied and free, and a
+    /// voxel that is neither is unknown.
     pub labels: Planes,
     /// The rays of the study's sensors.
     tables: Arc<Vec<Option<Rays>>>,
-    /// Finds what ends single rays; made when it is first asked.
+    /// Finds the objects that end single rays; created at the first use.
     search: Arc<OnceLock<BlockerSearch>>,
 }
 
 /// A label compared with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// Occupied, and called so.
+    /// Occupied, labelled occupied.
     Tp,
-    /// Free, but called occupied.
+    /// Free, labelled occupied.
     Fp,
-    /// Occupied, but called free.
+    /// Occupied, labelled free.
     Fn,
-    /// Free, and called so.
+    /// Free, labelled free.
     Tn,
-    /// Occupied, and not known.
+    /// Occupied, unknown.
     Uo,
-    /// Free, and not known.
+    /// Free, unknown.
     Uf,
 }
 
 impl Verdict {
-    /// All of them, in the order of the counts.
+    /// All verdicts, in the order of the counts.
     pub const ALL: [Verdict; 6] =
         [Verdict::Tp, Verdict::Fp, Verdict::Fn, Verdict::Tn, Verdict::Uo, Verdict::Uf];
 
-    /// As in the columns of results.csv.
+    /// The name of its column in results.csv.
     pub fn name(self) -> &'static str {
         ["tp", "fp", "fn", "tn", "uo", "uf"][self as usize]
     }
 }
 
 impl<'a> View<'a> {
-    /// Makes the view of a choice over the whole grid. The backend forgets what it had loaded.
+    /// The view of a choice over the whole grid. The backend unloads its previous scene.
     pub fn new(
         study: &'a Study,
         world: &'a World,
@@ -128,7 +127,7 @@ impl<'a> View<'a> {
         Viewer::new(study, backend)?.view(world, choice)
     }
 
-    /// The labels of the grid, a byte for each voxel, x the fastest: 1 occupied, 0 free, 255 (as a signed byte −1) unknown.
+    /// The labels of the grid, a byte for each voxel, x fastest: 1 occupied, 0 free, 255 (as a signed byte −1) unknown.
     pub fn label_bytes(&self) -> Vec<u8> {
         let mut bytes = vec![0; self.world.grid.size.iter().map(|&n| n as usize).product()];
         self.write_labels(&mut bytes);
@@ -179,7 +178,7 @@ impl<'a> View<'a> {
         voxels
     }
 
-    /// The counts in a region, as a sweep has them.
+    /// The counts in a region, equal to a sweep's.
     pub fn counts(&self, region: usize) -> Confusion {
         let of_region = &*self.world.regions[region].voxels;
         let truth = &self.truth;
@@ -199,7 +198,7 @@ impl<'a> View<'a> {
         labels.with_detection(detection).with_overlap(self.overlap(of_region))
     }
 
-    /// What at least two sensors see in a region.
+    /// The voxels that at least two sensors see in a region, by label.
     fn overlap(&self, of_region: &BitGrid) -> Overlap {
         let blank = BitGrid::new(of_region.window());
         let (mut once, mut twice) = (blank.clone(), blank);

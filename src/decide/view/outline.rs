@@ -1,5 +1,5 @@
-//! Small figures of a sensor's direction: a pyramid for a camera, a cone for rays in one direction, the ground
-//! that pads and gates watch. Pictures and exports draw sensors with them.
+//! Small figures of a sensor's direction: a pyramid for a camera, a cone for rays in one direction, and the ground
+//! watched by pads and gates. Pictures and exports draw sensors with them.
 
 use glam::DVec3;
 
@@ -9,16 +9,16 @@ use perirobot_study::world::ray_table;
 
 /// Directions along the rim of a cone.
 const RIM: usize = 24;
-/// A wider cone does not show where a sensor looks: half angle in radians (80°).
+/// A wider cone shows no direction: half angle in radians (80°).
 const WIDEST_RAD: f64 = 1.4;
 
-/// Where a sensor is, and which way it looks.
+/// The position and directions of a sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
-    /// Where its rays begin, in world metres.
+    /// The origin of its rays, in world metres.
     pub apex_m: DVec3,
-    /// Unit directions in the world, around all that it sees, anticlockwise as the sensor sees them; none
-    /// where it looks all around, or casts no rays.
+    /// Unit directions in the world, around its whole field of view, anticlockwise as seen from the sensor; empty for
+    /// all-round sensors and those without rays.
     pub rim: Vec<DVec3>,
 }
 
@@ -46,8 +46,7 @@ impl View<'_> {
         Some(Outline { apex_m: pose.position_m, rim })
     }
 
-    /// The ground below what a pad or a gate watches, each as its corners in world metres; none for other
-    /// sensors.
+    /// The ground below the volume of a pad or a gate, each as its corners in world metres; empty for other sensors.
     pub fn grounds(&self, member: &SensorView) -> Vec<Vec<DVec3>> {
         let pose = self.world.settings[member.sensor][member.candidate].pose();
         let prisms = self.study.sensors[member.sensor].kind.prisms();
@@ -55,7 +54,7 @@ impl View<'_> {
     }
 }
 
-/// The rim of the narrowest cone about the middle of directions that holds them all.
+/// The rim of the narrowest cone about the mean of some directions that contains them all.
 fn cone(dirs: &[DVec3]) -> Vec<DVec3> {
     let axis = dirs.iter().sum::<DVec3>().normalize_or_zero();
     let narrowest = dirs.iter().map(|dir| dir.dot(axis)).fold(1.0, f64::min);
@@ -101,8 +100,7 @@ mod tests {
         let coarse = Overrides { voxel_size_m: Some(0.2), ..Overrides::default() };
         let study = Study::load(&path, &coarse).unwrap();
         let world = &World::prepare(&study, 0).unwrap()[0];
-        // The pads, at (0, −1.25), are before the robot, which stands nowhere and has neither figure nor
-        // ground.
+        // The pads, at (0, −1.25), are in front of the robot, which has no position and neither figure nor ground.
         let wanted =
             ChoiceSelector { poses: "pads:floor/13/0;robot:known".into(), ..ChoiceSelector::default() };
         let (_, choice) = find(&study, std::slice::from_ref(world), &wanted).unwrap();
@@ -115,7 +113,7 @@ mod tests {
 
     #[test]
     fn rims_go_round_as_the_sensor_sees_them() {
-        // Seen along +z, anticlockwise is the way from x to −y: y is down in a picture.
+        // Seen along +z, anticlockwise means from x to −y: y points down in a picture.
         let found = cone(&[DVec3::new(0.1, 0.0, 1.0).normalize(), DVec3::new(-0.1, 0.0, 1.0).normalize()]);
         let turn: f64 = (0..RIM).map(|i| found[i].cross(found[(i + 1) % RIM]).z).sum();
         assert!(turn < 0.0, "{turn}");

@@ -14,20 +14,20 @@ use perirobot_study::sensor::kinds::recorded::{Recorded, RecordedMoment};
 use perirobot_study::world::World;
 use perirobot_sweep::scoring::Row;
 
-/// A recording, laid into the voxels of one moment of a scene.
+/// A recording in the voxels of one moment of a scene.
 pub struct RecordedMap {
     /// The study with the recording as its only sensor.
     pub study: Study,
     world: World,
-    /// Where the sensors were that recorded it, as far as that is known.
+    /// The known positions of the sensors that recorded it.
     places_m: Vec<DVec3>,
 }
 
 impl RecordedMap {
-    /// A recording whose frame stands somewhere in a world of a study.
+    /// A recording with its frame at some pose in a world of a study.
     ///
     /// # Errors
-    /// When it says nothing inside the grid, or is too fine for it.
+    /// If it has no label inside the grid, or is too fine for it.
     pub fn new(study: &Study, world: &World, recording: Recording, anchor: Anchor) -> Result<RecordedMap> {
         let places_m = recording.places_m(&anchor);
         let moment = RecordedMoment::new([world.scene, world.snapshot], recording, anchor);
@@ -36,19 +36,19 @@ impl RecordedMap {
         Ok(RecordedMap { world: world.with_sensors(&study.sensors), study, places_m })
     }
 
-    /// Whether it is known where a sensor was.
+    /// Whether a sensor's position is known.
     pub fn knows_places(&self) -> bool {
         !self.places_m.is_empty()
     }
 
-    /// What it says in the whole grid. Nothing is cast.
+    /// Its labels in the whole grid. Nothing is cast.
     pub fn view(&self) -> Result<View<'_>> {
         let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
         let mut backend = Cpu::new(None)?;
         Ok(Viewer::new(&self.study, &mut backend)?.view_grid(&self.world, &[choice])?.swap_remove(0))
     }
 
-    /// The counts of its view, region by region, as a sweep has them.
+    /// The counts of its view, region by region, as in a sweep.
     pub fn rows(&self, view: &View) -> Vec<Row> {
         let World { scene, snapshot, .. } = &self.world;
         let row = |region| Row {

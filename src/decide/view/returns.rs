@@ -1,4 +1,4 @@
-//! The point cloud of a sensor: where its rays return.
+//! The point cloud of a sensor: the returns of its rays.
 
 use glam::DVec3;
 
@@ -10,20 +10,20 @@ use perirobot_study::world::ray_table;
 /// A return of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReturnPoint {
-    /// Number of the ray in the sensor's table.
+    /// Index of the ray in the sensor's table.
     pub ray: usize,
-    /// Where it is read, in world metres: along the ray, as far as the voxel's near side and with the noise
-    /// it drew, and from there at least 1/1024 voxel into the voxel.
+    /// The point, in world metres: along the ray, at the near side of the voxel plus the noise, and then at least
+    /// 1/1024 voxel inside the voxel.
     pub at_m: DVec3,
-    /// The voxel where it is read.
+    /// Its voxel.
     pub voxel: [i32; 3],
 }
 
-/// How far inside its voxel a return is at least, in voxels.
+/// Least depth of a return inside its voxel, in voxels.
 const INSIDE: f64 = 1.0 / 1024.0;
 
 impl View<'_> {
-    /// The returns of a sensor's rays, in ray order; none if it casts none.
+    /// The returns of a sensor's rays, in ray order; empty if it casts none.
     pub fn returns(&self, member: &SensorView) -> Vec<ReturnPoint> {
         let (Some(cast), Some(rays)) = (&member.cast, &ray_table(self.study, member.sensor)) else {
             return Vec::new();
@@ -39,7 +39,7 @@ impl View<'_> {
             let along = way.believed_q16.map(|d| f64::from(d) / 65536.0);
             let begin = from.origin_q16.map(|o| f64::from(o) / 65536.0);
             let at = DVec3::from_array(begin) + DVec3::from_array(along) * voxels;
-            // A voxel's near side belongs to the voxel before as often as not: read back, the point is in its own.
+            // A point on the near side may be rounded into the voxel before; inside, it is read back correctly.
             let low = DVec3::from_array(found.read.map(f64::from));
             let at = at.clamp(low + INSIDE, low + 1.0 - INSIDE);
             let at_m = grid.corner_m([0; 3]) + at * grid.voxel_size_m;

@@ -1,4 +1,4 @@
-//! Sets of poses that no combination of a study lists.
+//! Sets of poses that are not in a combination of the study.
 
 use super::find::choice_names;
 use super::names::{find_choices, plain};
@@ -6,9 +6,9 @@ use perirobot_march::backend::Fusion;
 use perirobot_study::input::{Combination, Member, Study};
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 
-/// The study with one more combination, of the poses that are joined in a name as in `camera:wall/1/0;lidar:post/0`, where
-/// no combination has such a choice. Unchanged where one has, where a combination is named, and where the name is not one
-/// of poses of the study, each once: `view::find` says what is wrong with it.
+/// The study with one more combination, of the poses joined in a name as in `camera:wall/1/0;lidar:post/0`, if no
+/// combination has such a choice. Unchanged if one has, if a combination is named, or if the name does not consist of
+/// different poses of the study: `view::find` then reports the error.
 pub fn with_set(study: Study, poses: &str, combination: Option<&str>) -> Study {
     let all: Vec<_> = study.combinations.iter().map(|known| choice_names(&study, known)).collect();
     if combination.is_some() || find_choices(&all, poses, None).is_ok() {
@@ -21,7 +21,7 @@ pub fn with_set(study: Study, poses: &str, combination: Option<&str>) -> Study {
     if members.iter().enumerate().any(is_twice) {
         return study;
     }
-    // In study order, however they are written; as in a combination, a sensor that speaks last stands last.
+    // In study order; in a combination, a sensor that takes precedence is last.
     members.sort_by_key(|&[sensor, candidate]| (study.sensors[sensor].kind.speaks_last(), sensor, candidate));
     let mut names = std::iter::successors(Some(String::from("set")), |name| Some(format!("{name}-2")));
     let is_free = |name: &String| study.combinations.iter().all(|known| known.name != *name);
@@ -32,13 +32,13 @@ pub fn with_set(study: Study, poses: &str, combination: Option<&str>) -> Study {
     Study { combinations, ..study }
 }
 
-/// The rule of all combinations, if they have the same; else that of the study.
+/// The rule of fusion of all combinations, if equal; else that of the study.
 fn fusion(study: &Study) -> Fusion {
     let mut all = study.combinations.iter().map(|known| known.fusion);
     all.next().filter(|first| all.all(|other| other == *first)).unwrap_or(study.fusion)
 }
 
-/// Sensor and candidate of `sensor:pose`; the sensor's name may be left out where one sensor has a pose of that name.
+/// Sensor and candidate of `sensor:pose`; the sensor's name may be left out if only one sensor has a pose of that name.
 fn pose(study: &Study, wanted: &str) -> Option<[usize; 2]> {
     let all = study.sensors.iter().enumerate().flat_map(|(number, sensor)| {
         let own = wanted.strip_prefix(&sensor.name).and_then(|rest| rest.strip_prefix(':')).unwrap_or(wanted);
@@ -58,7 +58,7 @@ mod tests {
     use perirobot_study::input::Overrides;
     use perirobot_sweep::results::columns::pose_names;
 
-    /// The poses of the set that a name adds to a study, if it adds one.
+    /// The poses of the set that a name adds to a study, if any.
     fn set(poses: &str) -> Option<String> {
         let path =
             Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/tutorial/study.toml");

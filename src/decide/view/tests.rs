@@ -4,7 +4,7 @@ use perirobot_march::march::RETURN;
 use perirobot_study::input::Overrides;
 use perirobot_sweep::scoring::run;
 
-/// A shipped study, coarse, with its worlds.
+/// A shipped study, with coarse voxels, and its worlds.
 fn load_shipped(name: &str, voxel_size_m: f64) -> (Study, Vec<World>) {
     let path = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes").join(name);
     let study =
@@ -37,7 +37,7 @@ fn counts_are_those_of_the_sweep(name: &str, voxel_size_m: f64, every: usize) {
 #[test]
 fn a_view_counts_as_a_sweep_does() {
     counts_are_those_of_the_sweep("tiny.toml", 0.1, 7);
-    // Pads, a cover, a camera on the robot, fused.
+    // Pads, a cover and a camera on the robot, fused.
     counts_are_those_of_the_sweep("paper/exp2.toml", 0.1, 1999);
 }
 
@@ -59,7 +59,7 @@ fn returns_lie_where_they_are_read() {
                 let centre = grid.corner_m(*voxel) + glam::DVec3::splat(grid.voxel_size_m / 2.0);
                 let off = (*at_m - centre).abs().max_element() / grid.voxel_size_m;
                 // Distances are rounded to 1/65536 voxels at each crossing.
-                assert!(off < 0.502, "{at_m} is no point of {voxel:?}");
+                assert!(off < 0.502, "{at_m} is not inside {voxel:?}");
             }
             found += returns.len();
         }
@@ -131,7 +131,7 @@ fn a_choice_is_found_as_the_study_spells_it_and_else_the_nearest_is_named() {
         "camera:corner/1/1;cover:0.2",
         "(did you mean camera:corners/1/1;cover:0.2?)",
     );
-    // One sensor too few, and nothing like it.
+    // One sensor too few, and an unknown name.
     refused("camera and cover", "camera:corners/1/1", "no such choice of poses: must be");
     refused("watch", "watch:bench", "no such choice of poses: must be");
 }

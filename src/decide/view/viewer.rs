@@ -1,4 +1,4 @@
-//! Makes views: evidence of the sensors of a choice, from the host and from a backend, and the labels.
+//! Computes views: the evidence of a choice's sensors, from the host and from a backend, and the labels.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, OnceLock};
@@ -17,7 +17,7 @@ use perirobot_study::sensor::{Claim, Station};
 use perirobot_study::world::{World, ray_tables};
 use perirobot_sweep::scoring::BatchSize;
 
-/// Makes views of many choices on a backend; what choices and worlds share is made ready once.
+/// Computes views of many choices on a backend; shared data of choices and worlds is prepared once.
 pub struct Viewer<'a, 'b> {
     study: &'a Study,
     tables: Arc<Vec<Option<Rays>>>,
@@ -25,7 +25,7 @@ pub struct Viewer<'a, 'b> {
     loaded: Option<LoadedWorld<'a>>,
 }
 
-/// A world that the backend has loaded with evidence over a window, and what its views share.
+/// A world that the backend has loaded with evidence over a window, and data shared by its views.
 #[derive(Clone)]
 struct LoadedWorld<'a> {
     study: &'a Study,
@@ -36,19 +36,18 @@ struct LoadedWorld<'a> {
     search: Arc<OnceLock<BlockerSearch>>,
 }
 
-/// A sensor at a candidate in a repeat, by their numbers.
+/// A sensor at a candidate in a repeat, by their indices.
 type Standpoint = [usize; 3];
 
 impl<'a, 'b> Viewer<'a, 'b> {
-    /// For the choices of a study. The backend forgets what it had loaded.
+    /// A viewer for the choices of a study. The backend unloads its previous scene.
     pub fn new(study: &'a Study, backend: &'b mut dyn Backend) -> Result<Viewer<'a, 'b>> {
         let tables = ray_tables(study);
         backend.tables(&tables.iter().flatten().cloned().collect::<Vec<_>>())?;
         Ok(Viewer { study, tables: tables.into(), backend, loaded: None })
     }
 
-    /// Makes the view of a choice over the whole grid. Views of the same world, one after another, are
-    /// quicker.
+    /// The view of a choice over the whole grid. Consecutive views of the same world are faster.
     pub fn view(&mut self, world: &'a World, choice: Choice) -> Result<View<'a>> {
         let loaded = self.load(world, world.grid.window())?;
         let mut members = loaded.members(choice);
@@ -60,8 +59,8 @@ impl<'a, 'b> Viewer<'a, 'b> {
         Ok(loaded.view(choice, members))
     }
 
-    /// Makes views of choices in a world that hold only for the voxels of regions, all of them together: each
-    /// sensor is cast once at each candidate, as in a sweep, and nothing is kept of single rays.
+    /// Views of choices in a world that cover only the voxels of regions: each sensor is cast once at each candidate,
+    /// as in a sweep, and single rays are not stored.
     pub fn view_regions(&mut self, world: &'a World, choices: &[Choice]) -> Result<Vec<View<'a>>> {
         self.view_window(world, window_of(&world.regions), choices)
     }
@@ -71,7 +70,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
         self.view_window(world, world.grid.window(), choices)
     }
 
-    /// The view of a choice that holds for one voxel only: each sensor casts just the rays that tell of it.
+    /// The view of a choice for one voxel: each sensor casts only the rays that affect it.
     pub fn view_voxel(&mut self, world: &'a World, voxel: [i32; 3], choice: Choice) -> Result<View<'a>> {
         let window = Window::from_corners(voxel, voxel);
         Ok(self.view_window(world, window, &[choice])?.swap_remove(0))
@@ -79,28 +78,28 @@ impl<'a, 'b> Viewer<'a, 'b> {
 
     fn view_window(&mut self, world: &'a World, window: Window, choices: &[Choice]) -> Result<Vec<View<'a>>> {
         let loaded = self.load(world, window)?;
-        let said: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
+        let members: Vec<_> = choices.par_iter().map(|&choice| loaded.members(choice)).collect();
         let standpoint = |choice: &Choice, member: &SensorView| -> Standpoint {
             [member.sensor, member.candidate, choice.repeat]
         };
         let mut wanted = BTreeMap::new();
-        for (choice, members) in choices.iter().zip(&said) {
+        for (choice, members) in choices.iter().zip(&members) {
             let casting = members.iter().filter(|member| member.casts);
             wanted.extend(casting.map(|member| (standpoint(choice, member), member.placement)));
         }
-        let told = self.cast(&wanted.into_iter().collect::<Vec<_>>())?;
+        let planes = self.cast(&wanted.into_iter().collect::<Vec<_>>())?;
         let view = |(choice, mut members): (&Choice, Vec<SensorView>)| {
             for member in members.iter_mut().filter(|member| member.casts) {
-                member.says.add(&told[&standpoint(choice, member)]);
+                member.says.add(&planes[&standpoint(choice, member)]);
             }
             loaded.view(*choice, members)
         };
-        Ok(choices.par_iter().zip(said).map(view).collect())
+        Ok(choices.par_iter().zip(members).map(view).collect())
     }
 
-    /// What rays tell from some standpoints, sorted by sensor.
+    /// The evidence of rays from some standpoints, sorted by sensor.
     fn cast(&mut self, wanted: &[(Standpoint, GridPose)]) -> Result<HashMap<Standpoint, Planes>> {
-        let mut told = HashMap::new();
+        let mut planes = HashMap::new();
         for of_sensor in wanted.chunk_by(|(a, _), (b, _)| a[0] == b[0]) {
             let [sensor, ..] = of_sensor[0].0;
             let rays = self.tables[sensor].as_ref().map_or(1, |table| table.dirs_q15.len().max(1));
@@ -111,10 +110,10 @@ impl<'a, 'b> Viewer<'a, 'b> {
                     slots.iter().zip(some).map(|(&slot, (_, placement))| Shot::once(slot, *placement));
                 let table = self.table(sensor);
                 self.backend.sense(table, &shots.collect::<Vec<_>>())?;
-                told.extend(some.iter().map(|(of, _)| *of).zip(self.backend.planes(&slots)?));
+                planes.extend(some.iter().map(|(of, _)| *of).zip(self.backend.planes(&slots)?));
             }
         }
-        Ok(told)
+        Ok(planes)
     }
 
     /// Loads a world with evidence over a window, unless it is loaded.
@@ -123,7 +122,7 @@ impl<'a, 'b> Viewer<'a, 'b> {
         if before.as_ref().is_none_or(|known| known.window != window) {
             let mut scene = world.scene(window);
             if window != window_of(&world.regions) || window == world.grid.window() {
-                // Backends decide the voxels of regions only.
+                // Backends label only the voxels of regions.
                 scene.regions = vec![BitGrid::full(window)];
             }
             self.backend.load(&scene)?;
@@ -139,14 +138,14 @@ impl<'a, 'b> Viewer<'a, 'b> {
         Ok(loaded)
     }
 
-    /// The number by which the backend knows a sensor's table of rays.
+    /// The backend's index of a sensor's ray table.
     fn table(&self, sensor: usize) -> usize {
         self.tables[..sensor].iter().flatten().count()
     }
 }
 
 impl<'a> LoadedWorld<'a> {
-    /// The sensors of a choice in the order they speak, with what they say besides what their rays tell.
+    /// The sensors of a choice in the order of precedence, with all evidence but that of rays.
     fn members(&self, choice: Choice) -> Vec<SensorView> {
         let study = self.study;
         let combination = &study.combinations[choice.combination];
@@ -162,7 +161,7 @@ impl<'a> LoadedWorld<'a> {
             };
             let Claim { cast, planes } = kind.claims(&station).swap_remove(way);
             let casts = cast && rays.is_some();
-            // What casts nothing is told from the whole of its volume whether it says anything at all.
+            // For a sensor without rays, the whole volume decides whether it has any label.
             let mut says = Planes::blank(if casts { self.window } else { station.window });
             planes.iter().for_each(|planes| says.add(planes));
             SensorView {
@@ -178,7 +177,7 @@ impl<'a> LoadedWorld<'a> {
         each.map(member).collect()
     }
 
-    /// The view of a choice whose sensors have said all.
+    /// The view of a choice from the complete evidence of its sensors.
     fn view(&self, choice: Choice, members: Vec<SensorView>) -> View<'a> {
         let LoadedWorld { study, tables, world, window, truth, search } = self.clone();
         let combination = &study.combinations[choice.combination];

@@ -17,14 +17,14 @@ use perirobot_study::sensor::look::RayDirection;
 use perirobot_study::sensor::watch::{self, ReadySight};
 use perirobot_study::world::{World, ray_tables_of};
 
-/// A sensor of a choice: its number, its candidate, and which of its representations.
+/// A sensor of a choice: its index, its candidate and its representation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Watcher {
     /// Index of the sensor.
     pub sensor: usize,
     /// Index of its candidate.
     pub candidate: usize,
-    /// Number of its representation.
+    /// Index of its representation.
     pub representation: usize,
 }
 
@@ -34,12 +34,12 @@ pub struct Watchers<'a> {
     study: &'a Study,
     repeat: usize,
     each: Vec<Watcher>,
-    /// For each sensor of the study, its rays, if it takes part and casts, and the same made ready.
+    /// For each casting sensor of the choice, its rays, and the same prepared for searches.
     tables: Vec<Option<Rays>>,
     ready: Vec<Option<SightRays>>,
 }
 
-/// A moment of a scene, made ready to be looked at from many poses.
+/// A prepared moment of a scene, to be watched from many poses.
 #[derive(Debug)]
 pub struct WatchScene<'w> {
     world: &'w World,
@@ -47,33 +47,33 @@ pub struct WatchScene<'w> {
     sight: Arc<SightScene>,
 }
 
-/// What they watch at a moment.
+/// The watched voxels of a moment.
 #[derive(Debug)]
 pub struct WatchedVoxels {
-    /// What is where; without people if they are left out.
+    /// The contents of the grid; without people if they are left out.
     pub truth: Arc<Truth>,
     /// The voxels in which a body would be noticed, over the grid.
     pub voxels: BitGrid,
-    /// For each sensor that latches, its number and the voxels in which people count as detected on their way there.
+    /// For each latching sensor, its index and the voxels in which people are detected on their way.
     pub latched: Vec<(usize, BitGrid)>,
-    /// For each sensor that casts, its number and where it stands.
+    /// For each casting sensor, its index and its pose.
     placements: Vec<(usize, GridPose)>,
 }
 
 impl<'w> WatchScene<'w> {
-    /// A moment of a world, of which a part is looked at; `truth` is that of this world, with its people or without.
+    /// A moment of a world, of which a part is examined; `truth` is that of this world, with its people or without.
     pub fn new(world: &'w World, truth: Arc<Truth>, within: Window) -> WatchScene<'w> {
         WatchScene { world, sight: SightScene::new(&truth.blockers, within).into(), truth }
     }
 
-    /// The same for the same moment of another world, in which sensors stand otherwise.
+    /// The same for the same moment of another world with other sensor poses.
     pub fn with_sensors_of<'o>(&self, world: &'o World) -> WatchScene<'o> {
         WatchScene { world, truth: self.truth.clone(), sight: self.sight.clone() }
     }
 }
 
 impl<'a> Watchers<'a> {
-    /// Those of a choice.
+    /// The sensors of a choice.
     pub fn new(study: &'a Study, choice: Choice) -> Watchers<'a> {
         let combination = &study.combinations[choice.combination];
         let candidates = combination.choice(choice.choice);
@@ -106,7 +106,7 @@ impl<'a> Watchers<'a> {
         &self.study.sensors[sensor].name
     }
 
-    /// What they watch in a scene; `truth` is that of this world, with its people or without.
+    /// The voxels that they watch in a scene; `truth` is that of this world, with its people or without.
     pub fn watch(&self, world: &World, truth: Arc<Truth>) -> WatchedVoxels {
         let mut voxels = BitGrid::new(world.grid.window());
         let (mut placements, mut latched) = (Vec::new(), Vec::new());
@@ -132,7 +132,7 @@ impl<'a> Watchers<'a> {
         watch::watched_voxels(kind, one.representation, &self.station(one, scene.world, &scene.truth), sight)
     }
 
-    /// The same with each ray followed step by step, as a proof does.
+    /// The same with each ray followed step by step, for proofs.
     pub fn watched_step_by_step(&self, one: &Watcher, world: &World, truth: &Truth) -> BitGrid {
         let kind = &*self.study.sensors[one.sensor].kind;
         watch::watched_voxels(kind, one.representation, &self.station(one, world, truth), None)
@@ -143,8 +143,8 @@ impl<'a> Watchers<'a> {
         Station { rays: self.tables[one.sensor].as_ref(), ..at }
     }
 
-    /// The objects that stand before voxels which nothing watches: for each index in [`Truth::objects`], how
-    /// often the ray of a sensor nearest to a voxel ends in it before the voxel, within its range.
+    /// The objects in front of unwatched voxels: for each index in [`Truth::objects`], how often the sensor ray nearest
+    /// to a voxel ends in it before the voxel, within its range.
     pub fn blocking_objects(
         &self,
         watch: &WatchedVoxels,

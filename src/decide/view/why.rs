@@ -1,4 +1,5 @@
-//! Finds why a voxel stays unknown: how the ray nearest to its centre ended, and which object blocked it. `report` makes tables and advice from the reasons.
+//! Finds why a voxel stays unknown: how the ray nearest to its centre ended, and which object blocked it. `report` makes
+//! tables and advice from the reasons.
 //!
 //! # Theory
 //! The paper splits unknown space into what is monitored but occluded and what is not monitored. For a sensor
@@ -65,35 +66,35 @@ use perirobot_study::sensor::Extent;
 use perirobot_study::sensor::look::RayDirection;
 use sight::{Look, Sight};
 
-/// Why a voxel is unknown; reasons of sensors that came nearer to knowing it come later.
+/// Why a voxel is unknown, in the order of the table above: later reasons are closer to a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Reason {
     /// No sensor looks there.
     OutOfView,
     /// It is too far away.
     OutOfRange,
-    /// A switch watches it and is muted.
+    /// It is in the volume of a muted switch.
     Muted,
-    /// A switch watches it and is off, which certifies nothing.
+    /// It is in the volume of a switch that is off, which certifies nothing.
     Silent,
     /// No ray crosses it.
     BetweenRays,
-    /// Something stands before it.
+    /// An object is in front of it.
     Hidden,
-    /// Something stands too near to the sensor.
+    /// An object is too close to the sensor.
     Blind,
-    /// Something dark behind it, or in it, returns too little light from so far away.
+    /// An object behind it, or in it, is too dark for its distance.
     TooDark,
     /// Nothing behind it returns the ray, or the return is lost, which certifies nothing.
     NoReturn,
-    /// Noise read the sensor's return elsewhere.
+    /// Noise moved the sensor's return.
     Misread,
     /// The votes of several sensors cancel each other.
     Cancelled,
 }
 
 impl Reason {
-    /// All of them, in their order.
+    /// All reasons, in their order.
     pub const ALL: [Reason; 11] = [
         Reason::OutOfView,
         Reason::OutOfRange,
@@ -108,7 +109,7 @@ impl Reason {
         Reason::Cancelled,
     ];
 
-    /// As in the column `reason` of reasons.csv.
+    /// The name in the column `reason` of reasons.csv.
     pub fn name(self) -> &'static str {
         match self {
             Reason::OutOfView => "out_of_view",
@@ -125,7 +126,7 @@ impl Reason {
         }
     }
 
-    /// Whether some sensor watches the voxel all the same: what the paper calls monitored, but occluded.
+    /// Whether a sensor watches the voxel anyway: the paper's "monitored, but occluded".
     pub fn is_monitored(self) -> bool {
         !matches!(self, Reason::OutOfView | Reason::OutOfRange | Reason::Muted | Reason::BetweenRays)
     }
@@ -136,45 +137,45 @@ impl Reason {
 pub struct Cause {
     /// The reason.
     pub reason: Reason,
-    /// The object that the ray of a hidden, blind or too dark voxel ended in, by its index in [`Truth::objects`].
+    /// The object that ended the ray of a hidden, blind or too dark voxel, by its index in [`Truth::objects`].
     pub object: Option<usize>,
 }
 
-/// What one sensor knows of a voxel.
+/// The evidence of one sensor for a voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sighting {
-    /// It calls the voxel occupied.
+    /// It labels the voxel occupied.
     Occupied,
-    /// It calls the voxel free.
+    /// It labels the voxel free.
     Free,
-    /// It says nothing of the voxel.
+    /// It has no label for the voxel.
     Unknown(Cause),
 }
 
 /// Voxels that are unknown for the same cause.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missed {
-    /// Why.
+    /// The cause.
     pub cause: Cause,
-    /// Which, over the smallest window that holds them.
+    /// The voxels, over the smallest window that contains them.
     pub voxels: BitGrid,
 }
 
-/// How many voxels are unknown for a cause.
+/// The number of unknown voxels by cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CauseTally {
-    /// Why.
+    /// The cause.
     pub cause: Cause,
-    /// Those that are truly occupied.
+    /// The truly occupied ones.
     pub occupied: u64,
-    /// Those that are truly free.
+    /// The truly free ones.
     pub free: u64,
-    /// Those of the occupied that are a person's.
+    /// The occupied ones that are people's.
     pub human: u64,
 }
 
 impl CauseTally {
-    /// Occupied and free.
+    /// The total.
     pub fn voxels(&self) -> u64 {
         self.occupied + self.free
     }
@@ -196,7 +197,7 @@ impl View<'_> {
         planes.into_iter().map(|(cause, plane)| Missed { cause, voxels: plane.trim() }).collect()
     }
 
-    /// What each sensor knows of a voxel of the view, in the order they speak: its label, or why it has none.
+    /// The evidence of each sensor for a voxel of the view, in the order of precedence: its label, or why it has none.
     pub fn sightings(&self, voxel: [i32; 3]) -> Vec<Sighting> {
         let sighting = |member: &SensorView| match [&member.says.occupied, &member.says.free] {
             [occupied, _] if occupied.get(voxel) => Sighting::Occupied,
@@ -211,10 +212,10 @@ impl View<'_> {
         self.why(&self.world.region_voxels())
     }
 
-    /// How many of the missed voxels lie in a region; together, as many as are unknown there.
+    /// The numbers of the missed voxels in a region; their sum is the number of unknown voxels there.
     pub fn tally(&self, missed: &[Missed], region: usize) -> Vec<CauseTally> {
         let truth = &self.truth;
-        let of = |Missed { cause, voxels }: &Missed| {
+        let to_tally = |Missed { cause, voxels }: &Missed| {
             let mut inside = voxels.clone();
             inside.keep(&self.world.regions[region].voxels);
             let all = inside.count();
@@ -223,7 +224,7 @@ impl View<'_> {
             inside.keep(&truth.human);
             CauseTally { cause: *cause, occupied, free: all - occupied, human: inside.count() }
         };
-        missed.iter().map(of).filter(|tally| tally.voxels() > 0).collect()
+        missed.iter().map(to_tally).filter(|tally| tally.voxels() > 0).collect()
     }
 
     /// The name of the object to blame.
@@ -232,7 +233,7 @@ impl View<'_> {
     }
 }
 
-/// The cause of the sensor that came nearest to knowing a voxel.
+/// The cause of the sensor that was closest to a label.
 fn cause(witnesses: &[Witness], voxel: [i32; 3]) -> Cause {
     let all = witnesses.iter().map(|witness| witness.cause(voxel));
     // The first of equals, so that the object does not depend on later sensors.
@@ -240,7 +241,7 @@ fn cause(witnesses: &[Witness], voxel: [i32; 3]) -> Cause {
     latest.unwrap_or(Cause { reason: Reason::OutOfView, object: None })
 }
 
-/// Finds why one sensor does not know a voxel.
+/// Finds why one sensor has no label for a voxel.
 struct Witness<'a> {
     truth: &'a Truth,
     member: &'a SensorView,
@@ -248,9 +249,9 @@ struct Witness<'a> {
 }
 
 enum Means<'a> {
-    /// A sensor with rays, and what finds how they ended.
+    /// A sensor with rays, with the search for their ends.
     Rays { sight: Sight<'a>, rays: &'a Rays, search: &'a BlockerSearch, from: RaysFrom },
-    /// A sensor that labels a volume, and the reason for voxels in it that it left without a label.
+    /// A sensor that labels a volume, with the reason for its unlabelled voxels.
     Volume { voxels: BitGrid, otherwise: Reason },
 }
 
@@ -302,7 +303,7 @@ impl<'a> Witness<'a> {
                 let begin = ray.map(|ray| (ray, sight.start(ray)));
                 let crosses =
                     begin.and_then(|(ray, begin)| Some((ray, begin, leap::entry_q16(&begin, voxel)?)));
-                // Of a voxel that no ray crosses, the ray nearest to it.
+                // If no ray crosses the voxel, the ray nearest to it.
                 let gates = ray.map_or(rays.gates, |ray| rays.gates_of(ray as usize));
                 let range_q16 = gates.range_max_q16;
                 match crosses {
@@ -320,8 +321,8 @@ impl<'a> Witness<'a> {
         }
     }
 
-    /// Why a voxel stays unknown that a ray, as it is believed to go, crosses within its range, and that truly
-    /// hit something or nothing.
+    /// Why a voxel stays unknown although a believed ray crosses it within its range; the true ray ended at an object
+    /// or nothing.
     fn end_reason(
         &self,
         (ray, hit): (u32, Option<march::Crossing>),
@@ -341,8 +342,8 @@ impl<'a> Witness<'a> {
         } else if march::is_lost(march::draw(from.draws, ray), rays.noise.lost_below) {
             return because(Reason::NoReturn);
         } else {
-            // All rays from one voxel to another cross the same number of boundaries; where a mount is off,
-            // distances are compared instead.
+            // All rays from one voxel to another cross the same number of boundaries; for shifted mounts, distances are
+            // compared instead.
             let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
             let is_before = match from.truly {
                 None => crossings(voxel) > crossings(hit.voxel),

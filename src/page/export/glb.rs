@@ -1,5 +1,5 @@
-//! The cell with its placed sensors as glTF, for Blender and web viewers: metres, y up, a node for each
-//! object and sensor, coloured by role. Surfaces are those of the scene, not voxels.
+//! The cell with its placed sensors as glTF, for Blender and web viewers: metres, y up, a node for each object and
+//! sensor, coloured by role. Surfaces are those of the scene, not of voxels.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
@@ -16,9 +16,9 @@ use perirobot_scene::objects::{Mesh, Role, Scene, Surface, polygon};
 
 /// Length of a sensor's pyramid or cone in metres.
 const FIGURE_M: f64 = 0.3;
-/// Half the width of the figure of a sensor that looks all around, in metres.
+/// Half the width of the figure of an all-round sensor, in metres.
 const ALL_AROUND_M: f64 = 0.06;
-/// Height of the plate that stands for what a pad or a gate watches.
+/// Height of the plate drawn for a pad or a gate.
 const PLATE_M: f64 = 0.02;
 
 /// Materials: name, colour (linear red, green, blue, opacity).
@@ -29,8 +29,7 @@ const MATERIALS: [(&str, [f32; 4]); 4] = [
     ("sensor", [0.0, 0.34, 0.17, 0.6]),
 ];
 
-/// The bytes of a `.glb`, and how many objects and sensors are in it. `of` is the scene from which the view's
-/// world was made.
+/// The bytes of a `.glb`, and the number of its objects and sensors. `scene` is the source of the view's world.
 pub(crate) fn bytes(view: &View, of: &Scene) -> Result<(Vec<u8>, usize)> {
     let mut writer = GlbWriter::new();
     for object in of.objects.iter().filter(|object| !object.tag_only) {
@@ -56,7 +55,7 @@ pub(crate) fn bytes(view: &View, of: &Scene) -> Result<(Vec<u8>, usize)> {
     writer.finish()
 }
 
-/// A pyramid or cone from a sensor's lens, or an octahedron where it looks all around.
+/// A pyramid or cone from a sensor's lens, or an octahedron for an all-round sensor.
 pub(super) fn figure(outline: &Outline) -> Mesh {
     let apex = outline.apex_m;
     if outline.rim.is_empty() {
@@ -65,7 +64,7 @@ pub(super) fn figure(outline: &Outline) -> Mesh {
         let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, 4], [(i + 1) % 4, i, 5]]);
         return Mesh { vertices, triangles: sides.collect() };
     }
-    // All of the rim is as far along the middle, so that the figure ends in a plane.
+    // All of the rim has the same depth, so that the figure ends in a plane.
     let middle = outline.rim.iter().sum::<DVec3>().normalize();
     let rim = outline.rim.iter().map(|dir| apex + *dir * (FIGURE_M / dir.dot(middle).max(0.1)));
     let count = outline.rim.len() as u32;
@@ -75,7 +74,7 @@ pub(super) fn figure(outline: &Outline) -> Mesh {
     Mesh { vertices, triangles: sides.collect() }
 }
 
-/// A flat body on the ground that a pad or a gate watches.
+/// A plate on the ground watched by a pad or a gate.
 pub(super) fn plate(corners: &[DVec3]) -> Result<Mesh> {
     let count = corners.len() as u32;
     let next = |i: u32| (i + 1) % count;
@@ -125,7 +124,7 @@ pub fn faces(edge_m: f64, keys: &[[i32; 3]]) -> Mesh {
     mesh
 }
 
-/// A file as far as it is written.
+/// A partly written file.
 struct GlbWriter {
     root: Root,
     nodes: Vec<Index<scene::Node>>,
@@ -157,7 +156,7 @@ impl GlbWriter {
         GlbWriter { root, nodes: Vec::new(), binary: Vec::new() }
     }
 
-    /// Adds a mesh in the world's frame (z up) under a name.
+    /// Adds a named mesh in the world's frame (z up).
     fn node(&mut self, name: &str, mesh: &Mesh, material: u32) -> Result<()> {
         if mesh.triangles.is_empty() {
             return Ok(());
@@ -215,7 +214,7 @@ impl GlbWriter {
         };
         self.binary.extend_from_slice(bytes);
         if self.binary.len() > 0x7fff_ffff {
-            return Err(Issue::too_large("the surfaces need more than 2 GiB, which no viewer reads")
+            return Err(Issue::too_large("the surfaces need more than 2 GiB, more than viewers can read")
                 .with_place("cell.glb")
                 .into());
         }

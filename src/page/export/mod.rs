@@ -1,5 +1,5 @@
-//! Writes a view as files for other programs: octovis, CloudCompare, numpy, Blender. Each format has a file
-//! here, with a function from a view to bytes.
+//! Writes a view as files for other programs: octovis, CloudCompare, numpy, Blender. Each format has a module here,
+//! with a function from a view to bytes.
 
 pub mod glb;
 pub mod npz;
@@ -12,18 +12,18 @@ use perirobot_march::Result;
 use perirobot_scene::objects::Scene;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 
-/// A file, and what is in it, for people.
+/// A file with a description.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportedFile {
     /// Its name in the folder.
     pub name: String,
-    /// What is in it.
+    /// Its bytes.
     pub bytes: Vec<u8>,
-    /// What that is, in a few words.
+    /// A short description.
     pub holds: String,
 }
 
-/// What a view is of: its poses, its scene, its representation, and the repeat where there are several.
+/// Identifies a view: its poses, scene and representation, and the repeat if there are several.
 pub(crate) fn title(view: &View) -> [String; 4] {
     let (study, choice) = (view.study, &view.choice);
     let combination = &study.combinations[choice.combination];
@@ -36,13 +36,13 @@ pub(crate) fn title(view: &View) -> [String; 4] {
     ]
 }
 
-/// A name for the folder of a view, different for each: letters, digits, hyphens and dots.
+/// A folder name for a view, unique per view: letters, digits, hyphens and dots.
 pub fn folder_name(view: &View) -> String {
     let parts = title(view).into_iter().filter(|part| !part.is_empty());
     parts.map(|part| file_name(&part)).collect::<Vec<_>>().join(".")
 }
 
-/// Hands over every file of a view, one after the other. `scene` is what its world was made of.
+/// Passes every file of a view to `write`, one after the other. `scene` is the source of its world.
 pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(ExportedFile) -> Result<()>) -> Result<()> {
     let mut out = |name: String, bytes, holds: String| take(ExportedFile { name, bytes, holds });
     let counts = |(occupied, free)| format!("{occupied} voxels occupied, {free} free");
@@ -68,7 +68,7 @@ pub fn each_file(view: &View, scene: &Scene, mut take: impl FnMut(ExportedFile) 
     ros::files(view, &octree)?.into_iter().try_for_each(take)
 }
 
-/// A name for the files of each sensor; no two are the same.
+/// Unique file names for the sensors.
 fn sensor_file_names(view: &View) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for member in &view.members {
@@ -80,7 +80,7 @@ fn sensor_file_names(view: &View) -> Vec<String> {
     names
 }
 
-/// A name that every file system takes: letters, digits, hyphens and underscores.
+/// A name for any file system: letters, digits, hyphens and underscores.
 pub(crate) fn file_name(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '-' };
     let plain: String = name.chars().map(plain).collect();

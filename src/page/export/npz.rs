@@ -2,15 +2,15 @@
 //!
 //! | array | type, shape | what |
 //! |---|---|---|
-//! | `labels` | int8 (x, y, z) | 1 occupied, 0 free, −1 unknown: what the sensors say together |
-//! | `hits` | bool (x, y, z) | voxels that returns truly come from, whatever distance they are read at |
+//! | `labels` | int8 (x, y, z) | 1 occupied, 0 free, −1 unknown: the fused labels |
+//! | `hits` | bool (x, y, z) | voxels of true returns, independent of the measured distance |
 //! | `truth`, `human`, `robot` | bool (x, y, z) | truly occupied; voxels of a person; of the robot |
 //! | `verdict` | uint8 (x, y, z) | an index of `verdict_names`: tp, fp, fn, tn, uo, uf |
 //! | `regions` | bool (x, y, z, region) | the voxels of each region; `region_names` in the same order |
 //! | `origin_m` | float64 (3) | lower corner of voxel `[0, 0, 0]` in the world; its centre is half a voxel further |
 //! | `voxel_size_m` | float64 () | edge of a voxel |
-//! | `scene`, `combination`, `poses`, `representation` | text () | what is looked at, as in the columns of results.csv |
-//! | `snapshot`, `repeat` | float64 () | at which moment, in which repeat |
+//! | `scene`, `combination`, `poses`, `representation` | text () | the choice, as in the columns of results.csv |
+//! | `snapshot`, `repeat` | float64 () | the moment and the repeat |
 //!
 //! Voxel `[i, j, k]` is the i-th along x, the j-th along y, the k-th along z. In memory x is the fastest
 //! (Fortran order), as everywhere here.
@@ -27,7 +27,7 @@ use perirobot_decide::view::{Verdict, View};
 use perirobot_march::voxel::BitGrid;
 use perirobot_march::{Error, Result};
 
-/// The first day that an archive can tell: the same view gives the same bytes.
+/// The first date of the ZIP format, so that equal views have equal bytes.
 const FIRST_DAY: UtcDateTime = match UtcDateTime::from_components(1980, 1, 1, 0, 0, 0, 0) {
     Some(day) => day,
     None => unreachable!(),
@@ -87,7 +87,7 @@ fn write(view: &View) -> Result<Vec<u8>, rawzip::Error> {
 struct Archive(ZipArchiveWriter<Vec<u8>>);
 
 impl Archive {
-    /// An array; `write` gives its bytes, the first index the fastest.
+    /// An array; `write` writes its bytes, with the first index fastest.
     fn array(
         &mut self,
         name: &str,
@@ -102,7 +102,7 @@ impl Archive {
         let comma = if shape.len() == 1 { "," } else { "" };
         let shape = shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
         let header = format!("{{'descr': '{kind}', 'fortran_order': True, 'shape': ({shape}{comma}), }}");
-        // The array begins at a multiple of 64 bytes: 10 of them, the header, and a newline are before it.
+        // The array begins at a multiple of 64 bytes: 10 bytes, the header and a newline precede it.
         let length = (header.len() + 11).next_multiple_of(64) - 10;
         out.write_all(b"\x93NUMPY\x01\x00")?;
         out.write_all(&(length as u16).to_le_bytes())?;
@@ -133,7 +133,7 @@ impl Archive {
     }
 }
 
-/// Writes a byte for each voxel, x the fastest.
+/// Writes a byte for each voxel, x fastest.
 fn write_voxels(out: &mut dyn Write, size: [u32; 3], f: &dyn Fn([i32; 3]) -> u8) -> io::Result<()> {
     let [width, depth, height] = size.map(|n| n as i32);
     for z in 0..height {

@@ -6,7 +6,7 @@ use perirobot_march::backend::Planes;
 use perirobot_march::{Error, Result};
 use perirobot_scene::objects::octomap::{KEYS, write};
 
-/// How many voxels of a map are occupied, and how many free.
+/// The numbers of occupied and free voxels of a map.
 pub type VoxelTotals = (u64, u64);
 
 /// The fused labels; unknown voxels are left out.
@@ -19,7 +19,7 @@ pub(crate) fn evidence(view: &View, member: &SensorView) -> Result<(Vec<u8>, Vox
     map(view, &|voxel| label(&member.says, voxel))
 }
 
-/// The truth; the insides of bodies that belong to no region are left out.
+/// The truth; insides of bodies outside all regions are left out.
 pub(crate) fn truth(view: &View) -> Result<(Vec<u8>, VoxelTotals)> {
     let truth = &view.truth;
     map(view, &|voxel| (!truth.ignored.get(voxel)).then(|| truth.occupied.get(voxel)))
@@ -33,7 +33,7 @@ fn label(planes: &Planes, voxel: [i32; 3]) -> Option<bool> {
     }
 }
 
-/// A map of the grid from what each voxel is.
+/// A map of the grid from the state of each voxel.
 fn map(view: &View, state: &dyn Fn([i32; 3]) -> Option<bool>) -> Result<(Vec<u8>, VoxelTotals)> {
     let grid = &view.world.grid;
     if (0..3).any(|r| {
@@ -41,7 +41,7 @@ fn map(view: &View, state: &dyn Fn([i32; 3]) -> Option<bool>) -> Result<(Vec<u8>
     }) {
         let farthest_m = f64::from(KEYS.end) * grid.voxel_size_m;
         let what = format!(
-            "reaches more than {farthest_m:.0} m from the origin, where an OctoMap ends: move the cell nearer to it"
+            "reaches more than {farthest_m:.0} m from the origin, the limit of an OctoMap: move the cell closer to it"
         );
         return Err(Error::input(format!("scene {:?}", view.world.name), what));
     }

@@ -1,7 +1,7 @@
-//! A sensor's returns as a point cloud: PLY for CloudCompare, MeshLab, Open3D and Blender, PCD for PCL and
-//! ROS. Both hold, for each point, x, y, z in metres (float32), the number of its ray, and what the label of its
-//! voxel is worth (0 … 5: tp, fp, fn, tn, uo, uf). The points of a PLY are in the world; those of a PCD in the
-//! sensor's frame (x forward, y left, z up), and its VIEWPOINT says where that is in the world.
+//! A sensor's returns as a point cloud: PLY for CloudCompare, MeshLab, Open3D and Blender, PCD for PCL and ROS. Both
+//! contain, for each point, x, y, z in metres (float32), the index of its ray, and the verdict on its voxel's label (0
+//! … 5: tp, fp, fn, tn, uo, uf). The points of a PLY are in the world; those of a PCD in the sensor's frame (x forward,
+//! y left, z up), and its VIEWPOINT is the sensor's pose in the world.
 
 use glam::DVec3;
 
@@ -29,7 +29,7 @@ pub(crate) fn pcd(view: &View, member: &SensorView, returns: &[ReturnPoint]) -> 
     let count = returns.len();
     let Pose { position_m: at, rotation } = view.world.settings[member.sensor][member.candidate].pose();
     let [qx, qy, qz, qw] = rotation.to_array();
-    // PCL's programs move the points by the viewpoint, and take it for where they were measured from.
+    // PCL's programs move the points by the viewpoint, and take it as the sensor's pose.
     let header = format!(
         "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z ray verdict\nSIZE 4 4 4 4 1\n\
          TYPE F F F U U\nCOUNT 1 1 1 1 1\nWIDTH {count}\nHEIGHT 1\n\
@@ -39,7 +39,7 @@ pub(crate) fn pcd(view: &View, member: &SensorView, returns: &[ReturnPoint]) -> 
     with_points(header, view, returns, |at_m| rotation.conjugate() * (at_m - at))
 }
 
-/// A header, and 17 bytes a point behind it: each moved from the world into the file's frame.
+/// A header, then 17 bytes per point: each moved from the world into the file's frame.
 fn with_points(
     header: String,
     view: &View,
@@ -56,7 +56,7 @@ fn with_points(
     bytes
 }
 
-/// A user's words in a header that ends its lines with a newline; PLY's readers want ASCII.
+/// A user's text as one line of a header; PLY readers need ASCII.
 fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect()
 }

@@ -1,8 +1,8 @@
-//! The sensors of a view for ROS 2: where they are as static transforms and as a part of a URDF, the
-//! `camera_info` of cameras, and a bag with their points, the labels as voxels, and an OctoMap.
+//! The sensors of a view for ROS 2: their poses as static transforms and as a part of a URDF, the `camera_info` of
+//! cameras, and a bag with their points, the labels as voxels, and an OctoMap.
 //!
-//! Each sensor has a frame of its name: x forward, y left, z up (REP-103). A camera has a second one, whose name
-//! ends in `_optical_frame`: z forward, x right, y down; its points are in that.
+//! Each sensor has a frame of its name: x forward, y left, z up (REP-103). A camera has a second one, whose name ends
+//! in `_optical_frame`: z forward, x right, y down; its points are in that.
 
 use std::collections::BTreeSet;
 
@@ -24,14 +24,14 @@ use perirobot_scene::shell;
 use perirobot_study::sensor::Setting;
 use perirobot_study::world::ray_table;
 
-/// The frame that all others stand in.
+/// The root frame.
 const WORLD: &str = "world";
 /// Bytes of a voxel in the grid of a bag: verdict, red, green, blue, alpha.
 const VOXEL_BYTES: u32 = 5;
-/// Bytes of a point: x, y, z, and the number of the ray.
+/// Bytes of a point: x, y, z, and the index of the ray.
 const POINT_BYTES: u32 = 16;
 
-/// A frame, and where it is in the one that holds it.
+/// A frame, and its pose in its parent.
 #[derive(Clone)]
 struct RosFrame {
     name: String,
@@ -39,24 +39,24 @@ struct RosFrame {
     pose: Pose,
 }
 
-/// A sensor that stands somewhere.
+/// A sensor with a pose.
 struct PlacedSensor<'v> {
     member: &'v SensorView,
     /// Its own frame in the world.
     own: RosFrame,
-    /// The same in the link that carries it, if one does.
+    /// The same in the link that carries it, if any.
     mounted: RosFrame,
-    /// That of a camera's image, in its own.
+    /// The frame of a camera's image, in the sensor's frame.
     optical: Option<(RosFrame, Image)>,
 }
 
 impl PlacedSensor<'_> {
-    /// Its frames, with the first in what carries it.
+    /// Its frames, the first relative to its carrier.
     fn frames(&self) -> impl Iterator<Item = &RosFrame> {
         std::iter::once(&self.mounted).chain(self.optical.iter().map(|(frame, _)| frame))
     }
 
-    /// The name of the frame that its points are in, and where that is in the world.
+    /// The name of the frame of its points, and its pose in the world.
     fn points_frame(&self) -> (&str, Pose) {
         match &self.optical {
             Some((frame, _)) => (&frame.name, frame.pose.carried_by(&self.own.pose)),
@@ -65,9 +65,9 @@ impl PlacedSensor<'_> {
     }
 }
 
-/// The sensors of a view that stand somewhere.
+/// The sensors of a view that have poses.
 fn placed_sensors<'v>(view: &'v View) -> Vec<PlacedSensor<'v>> {
-    // The frames that are there already: the world's, and the links that carry sensors.
+    // Existing frames: the world's, and the links that carry sensors.
     let links = view.members.iter().filter_map(|member| view.study.sensors[member.sensor].on.as_ref());
     let mut taken: BTreeSet<String> = links.map(|on| on.link.clone()).chain([WORLD.into()]).collect();
     let placed = view.members.iter().filter_map(|member| {
@@ -91,8 +91,8 @@ fn placed_sensors<'v>(view: &'v View) -> Vec<PlacedSensor<'v>> {
     placed.collect()
 }
 
-/// A name that frames, topics and links may have, and that is not taken: ASCII letters, digits and underscores, a letter
-/// first. That of its optical frame is free as well.
+/// An unused name that is valid for frames, topics and links: ASCII letters, digits and underscores, starting with a
+/// letter. The name of its optical frame is unused as well.
 fn frame_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let plain = match plain.trim_matches('_') {
@@ -138,7 +138,7 @@ pub(super) fn files(view: &View, octree: &[u8]) -> Result<Vec<ExportedFile>> {
 /// A script that publishes the frames.
 fn transforms(placed: &[PlacedSensor]) -> String {
     let mut text =
-        "#!/bin/sh\n# Publishes where the sensors are until it is stopped.\ntrap 'kill 0' INT TERM\n"
+        "#!/bin/sh\n# Publishes the poses of the sensors until it is stopped.\ntrap 'kill 0' INT TERM\n"
             .to_string();
     for frame in placed.iter().flat_map(PlacedSensor::frames) {
         let [x, y, z] = frame.pose.position_m.to_array().map(short);
@@ -172,7 +172,7 @@ fn urdf(placed: &[PlacedSensor]) -> String {
     text + "</robot>\n"
 }
 
-/// A number to the twelfth digit behind the point, without zeros at the end.
+/// A number with at most twelve decimals, without trailing zeros.
 fn short(value: f64) -> String {
     let text = format!("{value:.12}");
     match text.trim_end_matches('0').trim_end_matches('.') {
@@ -181,14 +181,14 @@ fn short(value: f64) -> String {
     }
 }
 
-/// Focal lengths and middle of an image in pixels, which ROS counts by their centres: fx, fy, cx, cy.
+/// Focal lengths and principal point of an image in pixels, which ROS counts by their centres: fx, fy, cx, cy.
 fn pinhole(image: Image) -> [f64; 4] {
     let [cx, cy] = image.size_px.map(|n| (f64::from(n) - 1.0) / 2.0);
     let [fx, fy] = image.focal_px;
     [fx, fy, cx, cy]
 }
 
-/// A `camera_info` as `camera_calibration` writes it and `camera_info_manager` reads it.
+/// A `camera_info` in the format of `camera_calibration` and `camera_info_manager`.
 fn calibration(name: &str, image: Image) -> String {
     let ([width, height], [fx, fy, cx, cy]) = (image.size_px, pinhole(image));
     format!(
@@ -210,7 +210,7 @@ fn transform(pose: &Pose) -> Transform {
     Transform { translation: pose.position_m.into(), rotation: pose.rotation.into() }
 }
 
-/// A bag, and how many topics it has.
+/// A bag, and the number of its topics.
 fn bag(view: &View, placed: &[PlacedSensor], octree: &[u8]) -> Result<(Vec<u8>, usize)> {
     let mut bag = BagWriter::default();
     let mut topics = 0;
@@ -239,7 +239,7 @@ fn bag(view: &View, placed: &[PlacedSensor], octree: &[u8]) -> Result<(Vec<u8>, 
         }
     }
     let grid = &view.world.grid;
-    // Behind the header of the file, whose last line says so.
+    // After the header of the file, which ends with this line.
     let behind = octree.windows(6).position(|text| text == b"\ndata\n").map_or(0, |at| at + 6);
     let octree = Octomap {
         header: header(WORLD),
@@ -305,7 +305,7 @@ fn points(view: &View, sensor: &PlacedSensor) -> PointCloud2 {
     }
 }
 
-/// What the labels are worth, voxel by voxel; `None` where a message cannot hold as many voxels.
+/// The verdicts on the labels, voxel by voxel; `None` if they exceed the size of a message.
 fn voxels(view: &View) -> Result<Option<VoxelGrid>> {
     let grid = &view.world.grid;
     let [nx, ny, nz] = grid.size;

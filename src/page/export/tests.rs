@@ -9,7 +9,7 @@ use perirobot_scene::source::Sources;
 use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
-/// The files of a choice of poses of the tiny study, the view, and what its world was made of.
+/// The files of a choice of poses of the tiny study, the view, and the source of its world.
 fn export(poses: &str, test: impl FnOnce(&View, &Scene, Vec<ExportedFile>)) {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("scenes/tiny.toml");
     let study = Study::load(&path, &Overrides::default()).unwrap();
@@ -27,7 +27,7 @@ fn export(poses: &str, test: impl FnOnce(&View, &Scene, Vec<ExportedFile>)) {
     test(&view, &scene, files);
 }
 
-/// A file of a folder that is read by what reads files.
+/// A file of a folder, read by the library's own readers.
 fn read_in_folder<T>(file: &ExportedFile, read: impl FnOnce(&Path, &Sources) -> T) -> T {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(&file.name);
@@ -60,7 +60,7 @@ fn maps_come_back_voxel_by_voxel() {
             expected.sort_unstable();
             assert!(!keys.is_empty() && keys == expected, "{name}");
         }
-        // What the map is said to hold, and its own tools count, is what the planes hold.
+        // The description of the map, the counts of its own tools and the planes agree.
         let truth = &view.truth;
         let free = truth.grid.window().volume() - truth.occupied.count() - truth.ignored.count();
         let labels = &view.labels;
@@ -99,7 +99,7 @@ fn the_cell_comes_back_with_its_sensor() {
             let near = |a: glam::DVec3, b: glam::DVec3| (a - b).length() < 1e-5;
             assert!(near(found.0, expected.0) && near(found.1, expected.1), "{name}: {found:?}");
         }
-        // At (0.05, −0.75, 1.2), looking along y: the picture's plane is 0.3 m before the lens.
+        // At (0, −0.75, 1.2), looking along y: the image plane is 0.3 m in front of the lens.
         let camera = &nodes.last().unwrap();
         assert_eq!(camera.names, ["camera:wall/1/0"]);
         let (low, high) = camera.mesh.bounds().unwrap();
@@ -124,10 +124,10 @@ fn figures_and_voxel_faces_are_closed_and_face_outward() {
     });
     export("camera:wall/1/1", |view, _, _| {
         let size = volume(&glb::figure(&view.outline(&view.members[0]).unwrap()));
-        // A third of 0.3 m times a picture of about 2 · 0.3 · tan(43.5°) by 2 · 0.3 · tan(29°) m.
+        // A third of 0.3 m times an image of about 2 · 0.3 · tan(43.5°) by 2 · 0.3 · tan(29°) m.
         assert!((0.017..0.021).contains(&size), "{size}");
     });
-    // An L of three quarters of a square metre, either way round.
+    // An L of three quarters of a square metre, in both directions.
     let mut corners = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
         .map(|[x, y]| glam::DVec3::new(f64::from(x) / 2.0, f64::from(y) / 2.0, 1.0))
         .to_vec();
@@ -136,7 +136,7 @@ fn figures_and_voxel_faces_are_closed_and_face_outward() {
         assert!((volume(&plate) - 0.75 * 0.02).abs() < 1e-12, "{}", volume(&plate));
         corners.reverse();
     }
-    // Two voxels side by side: ten faces.
+    // Two adjacent voxels: ten faces.
     let pair = glb::faces(0.5, &[[0, 0, 0], [1, 0, 0]]);
     assert_eq!(pair.triangles.len(), 20);
     assert!((volume(&pair) - 0.25).abs() < 1e-12, "{}", volume(&pair));

@@ -1,5 +1,5 @@
-//! What a picture from straight above has besides: names of furniture, robots and people, axes with their metres, and
-//! how long a metre is. Lengths are those at the height of the floor; what is higher looks larger.
+//! Additions to a picture from straight above: names of furniture, robots and people, axes in metres, and a scale bar.
+//! Lengths are true at the height of the floor; higher objects look larger.
 
 use embedded_graphics::prelude::*;
 use embedded_graphics::primitives::Rectangle;
@@ -17,10 +17,10 @@ use perirobot_study::world::place::room_m;
 
 /// Least distance between two numbers of an axis.
 const APART_PX: f64 = 40.0;
-/// From the edge of the picture to its numbers, and how long a mark is.
+/// From the edge of the picture to its numbers, and the length of a tick.
 const MARK_PX: i32 = 5;
 
-/// Draws them over the first `height` rows; nothing is drawn above `top_m`.
+/// Draws them over the first `height` rows; nothing above `top_m` is labelled.
 pub(super) fn draw(
     canvas: &mut Canvas,
     world: &World,

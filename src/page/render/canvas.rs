@@ -1,4 +1,4 @@
-//! A picture in memory: takes samples, letters and patches, and is written as PNG.
+//! A picture in memory: receives samples, letters and patches, and is written as PNG.
 
 use std::convert::Infallible;
 
@@ -20,7 +20,7 @@ impl Canvas {
     /// A picture of these pixels, three bytes each.
     ///
     /// # Panics
-    /// If there are not as many as its sides say.
+    /// If their number does not match the size.
     pub fn from_rgb(size: [u32; 2], rgb: Vec<u8>) -> Canvas {
         assert_eq!(rgb.len(), 3 * size[0] as usize * size[1] as usize, "three bytes a pixel");
         Canvas { size, rgb }
@@ -35,8 +35,7 @@ impl Canvas {
         self.size
     }
 
-    /// Puts a finer picture of the same width into the upper part: each pixel is the mean of `fine` × `fine`
-    /// samples.
+    /// Writes a finer picture of the same width into the upper part: each pixel is the mean of `fine` × `fine` samples.
     pub(super) fn paste(&mut self, samples: &[[u8; 3]], [width, height]: [u32; 2], fine: u32) {
         let (fine, width) = (fine as usize, width as usize);
         for y in 0..height as usize / fine {

@@ -1,5 +1,4 @@
-//! Casts the rays of a picture on a backend like those of any sensor: in which voxel each ends, where, and on
-//! which face.
+//! Casts the rays of a picture on a backend like those of any sensor: the voxel, point and face at which each ends.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,19 +12,19 @@ use perirobot_march::voxel::grid::MAX_VOXELS_PER_AXIS;
 use perirobot_march::voxel::{BitGrid, Grid, People, Window};
 use perirobot_study::sensor::quantise_q15;
 
-/// Rays that are cast in one go, so that a large picture fits any device.
+/// Rays per cast, so that a large picture fits any device.
 const MOST_RAYS: usize = 1 << 20;
 
-/// Where a ray of the picture ends.
+/// The end of a picture's ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Hit {
     /// The voxel, in the grid of the scene.
     pub(super) voxel: [i32; 3],
-    /// The axis across which it was entered.
+    /// The axis of the entered face.
     pub(super) axis: usize,
-    /// −1 or 1: the way of the ray along it, so that the face looks the other way.
+    /// −1 or 1: the direction of the ray along it; the face looks the other way.
     pub(super) step: i32,
-    /// How far away.
+    /// The distance.
     pub(super) distance_q16: u32,
 }
 
@@ -60,21 +59,21 @@ pub(super) fn cast(
     Ok(hits)
 }
 
-/// The plane in a grid that holds the eye as well, how far its voxels are moved there, and that grid.
+/// The plane in a grid that also contains the eye, the shift of its voxels there, and that grid.
 fn enclose_eye(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene, [i32; 3], Grid)> {
     let eye = Grid::voxel_of(grid.position_q16(eye_m));
     let window = plane.window().union(&Window::from_corners(eye, eye));
     if let Some(axis) = (0..3).find(|&r| window.size[r] > MAX_VOXELS_PER_AXIS) {
         let DVec3 { x, y, z } = eye_m;
         let what = format!(
-            "the eye at {x:.2}, {y:.2}, {z:.2} and the cell are {} voxels along {}, at \
+            "the eye at {x:.2}, {y:.2}, {z:.2} and the cell span {} voxels along {}, at \
                     most {MAX_VOXELS_PER_AXIS} fit",
             window.size[axis],
             ["x", "y", "z"][axis]
         );
-        let cure = Words::from("come nearer (a wider ")
+        let cure = Words::from("move the eye closer (a wider ")
             + Argument("fov deg")
-            + " does, too), or take larger voxels ("
+            + " also helps), or use larger voxels ("
             + Argument("voxel size")
             + ")";
         return Err(Issue::too_large(what).with_advice(cure).with_place(Argument("from")).into());
@@ -89,7 +88,7 @@ fn enclose_eye(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene
         shades: None,
         blockers: moved.to_window(whole).into(),
         over_time: None,
-        // Only how rays end is looked at.
+        // Only the ends of rays are used.
         window: one,
         truth: none.clone(),
         human: none.clone(),
@@ -101,7 +100,7 @@ fn enclose_eye(plane: &BitGrid, grid: &Grid, eye_m: DVec3) -> Result<(VoxelScene
     Ok((scene, shift, Grid { origin, size: window.size, ..*grid }))
 }
 
-/// Rays that go as far as any can, without noise.
+/// Rays of the greatest length, without noise.
 fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
     let gates = Gates {
         range_min_q16: 0,
@@ -115,7 +114,7 @@ fn rays(dirs_q15: &[[i32; 3]]) -> Rays {
     Rays { dirs_q15: dirs_q15.to_vec().into(), image: None, gates, noise: Noise::default() }
 }
 
-/// Follows a ray that returned to its end once more.
+/// Follows a returned ray to its end again.
 fn hit(from: &GridPose, dir_q15: [i32; 3], crossings: u32, shift: [i32; 3]) -> Hit {
     let ray = from.launch(dir_q15);
     let at_start = march::Crossing { t_q16: 0, axis: 0, voxel: ray.voxel };

@@ -1,6 +1,5 @@
-//! Colours of voxels and how they are lit. Labels and roles have the colours of Okabe and Ito ("Color
-//! Universal Design", 2008), which people with any kind of colour vision can distinguish; heights are drawn
-//! from dark to light.
+//! Colours of voxels and their lighting. Labels and roles have the colours of Okabe and Ito ("Color Universal Design",
+//! 2008), which people with any kind of colour vision can distinguish; heights are drawn from dark to light.
 
 use super::cast::Hit;
 use perirobot_decide::view::{Verdict, View};
@@ -9,34 +8,33 @@ use perirobot_march::error::{Argument, Issue, Site, Words};
 use perirobot_march::voxel::BitGrid;
 use perirobot_study::world::World;
 
-/// What the colours of voxels stand for.
+/// The meaning of voxel colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colour {
-    /// What the sensors say of each occupied voxel, people and the robot set off; and where they call free
-    /// space occupied.
+    /// The label of each occupied voxel, with other colours for people and the robot; and free space labelled occupied.
     Label,
-    /// How high it is.
+    /// Height.
     Height,
-    /// Where along x it is.
+    /// Position along x.
     X,
-    /// Whether it is of a person, of the robot, or of neither.
+    /// Whether it belongs to a person, the robot, or neither.
     Role,
 }
 
-/// Where nothing is.
+/// The background.
 pub(super) const SKY: [u8; 3] = [255; 3];
-/// A return that is read where something is, and one that is not.
+/// A return inside an occupied voxel, and one outside.
 pub(super) const POINTS: [[u8; 3]; 2] = [[0, 0, 0], [230, 97, 0]];
 /// A sensor.
 pub(super) const SENSOR: [u8; 3] = [0, 0, 0];
-/// The way of a body that nobody notices.
+/// The way of an unnoticed body.
 pub(super) const WAY: [u8; 3] = [163, 0, 92];
-/// Free space that is called occupied: a translucent veil over what is behind it.
+/// Free space labelled occupied: a translucent veil over the background.
 const VEIL: [u8; 3] = [230, 159, 0];
 /// Opacity of the veil, of 256.
 const VEIL_SHARE: u32 = 110;
 
-/// What a voxel may be, its name in the legend, its colour.
+/// The kinds of voxels: name in the legend, and colour.
 const KINDS: [(&str, [u8; 3]); 10] = [
     ("called occupied", [86, 180, 233]),
     ("robot, called occupied", [0, 114, 178]),
@@ -56,11 +54,11 @@ const ROLES: usize = 7;
 /// From low to high: five colours of Matplotlib's viridis.
 const RAMP: [[u8; 3]; 5] = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 
-/// A line of the legend: something that a colour stands for.
+/// A line of the legend.
 pub(super) enum Entry {
     /// A colour.
     Patch([u8; 3], String),
-    /// Colours from low to high, with what stands at either end.
+    /// Colours from low to high, with the values at both ends.
     Ramp(String, String),
     /// The dots of returns.
     Dot([u8; 3], String),
@@ -68,7 +66,7 @@ pub(super) enum Entry {
     Sensor(String),
 }
 
-/// Which colour each voxel has.
+/// Assigns a colour to each voxel.
 pub(crate) struct Palette<'a> {
     world: &'a World,
     view: Option<&'a View<'a>>,
@@ -85,7 +83,7 @@ impl<'a> Palette<'a> {
         Ok(Palette { world, view, colour })
     }
 
-    /// The colour of a voxel, as if something were there.
+    /// The colour of a voxel, as if it were occupied.
     pub(crate) fn colour(&self, voxel: [i32; 3]) -> [u8; 3] {
         match self.ramp() {
             Some(axis) => {
@@ -96,7 +94,7 @@ impl<'a> Palette<'a> {
         }
     }
 
-    /// The axis whose coordinate is drawn.
+    /// The axis of the ramp.
     fn ramp(&self) -> Option<usize> {
         match self.colour {
             Colour::Height => Some(2),
@@ -120,7 +118,7 @@ impl<'a> Palette<'a> {
         }
     }
 
-    /// What a legend must explain: what is drawn of `solid`, a veil, and a view with its returns.
+    /// The lines of a legend: for the drawn voxels of `solid`, a veil, and a view with its returns.
     pub(super) fn entries(&self, solid: &BitGrid, veil: bool, points: Option<&View>) -> Vec<Entry> {
         let mut entries = Vec::new();
         match self.ramp() {
@@ -173,7 +171,7 @@ pub(crate) fn ramp(place: u32) -> [u8; 3] {
     mix(RAMP[step], RAMP[step + 1], place - 256 * step as u32)
 }
 
-/// A colour in the light: faces differ by the way they look, and corners are darker.
+/// A lit colour: the shade depends on the face's direction, and corners are darker.
 pub(super) fn shade(colour: [u8; 3], hit: &Hit, solid: &BitGrid) -> [u8; 3] {
     let light = match (hit.axis, hit.step) {
         (2, -1) => 256,
@@ -181,7 +179,7 @@ pub(super) fn shade(colour: [u8; 3], hit: &Hit, solid: &BitGrid) -> [u8; 3] {
         (0, _) => 208,
         _ => 232,
     };
-    // Voxels beside the one before the face keep light from it.
+    // Voxels beside the one in front of the face shade it.
     let mut before = hit.voxel;
     before[hit.axis] -= hit.step;
     let (u, v) = ((hit.axis + 1) % 3, (hit.axis + 2) % 3);
@@ -196,12 +194,12 @@ pub(super) fn shade(colour: [u8; 3], hit: &Hit, solid: &BitGrid) -> [u8; 3] {
     colour.map(|c| (u32::from(c) * light / 256) as u8)
 }
 
-/// A colour behind the veil of free space that is called occupied.
+/// A colour behind the veil.
 pub(super) fn veil(colour: [u8; 3], veil: &Hit, haze: &BitGrid) -> [u8; 3] {
     mix(colour, shade(VEIL, veil, haze), VEIL_SHARE)
 }
 
-/// So much of 256 of the other colour.
+/// Mixes in this share of 256 of another colour.
 fn mix(one: [u8; 3], other: [u8; 3], share: u32) -> [u8; 3] {
     std::array::from_fn(|c| ((u32::from(one[c]) * (256 - share) + u32::from(other[c]) * share) / 256) as u8)
 }

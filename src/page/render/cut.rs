@@ -11,7 +11,7 @@ use perirobot_study::world::World;
 /// Noise may put returns this many voxels beside a wall.
 const BESIDE: i32 = 3;
 
-/// What is left out.
+/// The omitted parts.
 pub(super) struct Cut {
     pub(super) only_region: Option<usize>,
     pub(super) above_m: Option<f64>,
@@ -36,7 +36,7 @@ impl Cut {
         solid
     }
 
-    /// Where a return may be drawn: not where it would hang about a side that is taken off.
+    /// Whether a return may be drawn: not near a removed side.
     pub(super) fn dots(&self, world: &World, eye_m: DVec3) -> BitGrid {
         let mut dots = self.plane(world, BitGrid::full(world.grid.window()));
         let sides = self.open_sides(world, eye_m).into_iter();
@@ -44,7 +44,7 @@ impl Cut {
         dots
     }
 
-    /// The sides of the cell between it and the eye, as thick as they are taken off.
+    /// The sides of the cell between it and the eye, with their removed thickness.
     fn open_sides(&self, world: &World, eye_m: DVec3) -> Vec<Window> {
         let truth = &world.truth();
         let thick = (self.open_m / truth.grid.voxel_size_m).ceil().clamp(0.0, 1023.0) as i32;
@@ -65,7 +65,7 @@ impl Cut {
         sides
     }
 
-    /// What is left of a plane, whatever side it is seen from.
+    /// The rest of a plane, independent of the viewing direction.
     pub(super) fn plane(&self, world: &World, mut plane: BitGrid) -> BitGrid {
         let grid = &world.grid;
         if let Some(region) = self.only_region {
@@ -73,7 +73,7 @@ impl Cut {
         }
         if let Some(above_m) = self.above_m {
             let above_q16 = length_q16(above_m, grid.voxel_size_m) - i64::from(grid.origin[2]) * ONE_Q16;
-            // The first layer whose centres are above.
+            // The first layer with centres above.
             let first = (above_q16 + ONE_Q16 / 2).div_euclid(ONE_Q16).clamp(0, grid.size[2].into()) as i32;
             let [x, y, z] = grid.size;
             plane.remove(&BitGrid::full(Window { min: [0, 0, first], size: [x, y, z - first as u32] }));

@@ -1,5 +1,5 @@
-//! Where a picture is seen from: a point, or a side from which all of the cell is in view. It also projects
-//! points into the picture.
+//! The viewpoint of a picture: a point, or a side from which the whole cell is in view. It also projects points into
+//! the picture.
 
 use glam::{DMat3, DVec3};
 
@@ -9,12 +9,12 @@ use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::voxel::{BitGrid, Grid};
 use perirobot_scene::pose::Pose;
 
-/// Where a picture is seen from.
+/// The viewpoint of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Eye {
     /// A point in world metres.
     At(DVec3),
-    /// Far enough in this direction from the middle that all is in view; of any length but zero.
+    /// In this direction from the middle, at a distance that shows everything; of any length but zero.
     Towards(DVec3),
 }
 
@@ -22,7 +22,7 @@ impl Eye {
     /// From a corner, above.
     pub const ISO: Eye = Eye::Towards(ISO);
 
-    /// Whether it looks straight down: then x is to the right and y up, as in a floor plan.
+    /// Whether it looks straight down: then x points right and y up, as in a floor plan.
     pub(super) fn is_above(&self) -> bool {
         matches!(self, Eye::Towards(way) if way.x == 0.0 && way.y == 0.0 && way.z > 0.0)
     }
@@ -30,7 +30,7 @@ impl Eye {
 
 const ISO: DVec3 = DVec3::new(0.75, 0.55, 0.5);
 
-/// Directions with a name: as one stands at the world's origin and looks along x.
+/// Named directions, for an observer at the world's origin who looks along x.
 const NAMED: [(&str, DVec3); 7] = [
     ("iso", ISO),
     ("top", DVec3::Z),
@@ -53,10 +53,10 @@ impl std::str::FromStr for Eye {
     }
 }
 
-/// What a point must be.
+/// The format of a point.
 const RULE: &str = "must be three numbers in metres, as in 2.8,1.8,2.7";
 
-/// Reads a point: `2.8,1.8,2.7`.
+/// Parses a point: `2.8,1.8,2.7`.
 pub fn point(text: &str) -> Result<DVec3, Issue> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     match numbers.as_deref() {
@@ -65,7 +65,7 @@ pub fn point(text: &str) -> Result<DVec3, Issue> {
     }
 }
 
-/// A camera that draws.
+/// The camera of a picture.
 #[derive(Clone, Debug)]
 pub(super) struct PictureCamera {
     pub(super) eye_m: DVec3,
@@ -79,7 +79,7 @@ pub(super) struct PictureCamera {
 }
 
 impl PictureCamera {
-    /// The camera of a wish; `whole` is what must be in view.
+    /// The camera of a wish; `whole` must be in view.
     pub(super) fn new(wish: &Wish, size: [u32; 2], grid: &Grid, whole: &BitGrid) -> Result<PictureCamera> {
         let bounds = whole.bounds();
         let corners = [grid.corner_m(bounds.min), grid.corner_m(bounds.end())];
@@ -88,7 +88,7 @@ impl PictureCamera {
         let [width, height] = size.map(f64::from);
         let (eye_m, ahead) = match wish.eye {
             Eye::At(at) if at.distance(target) < 1e-6 => {
-                let both = Words::from(Argument("from")) + " is where " + Argument("look at") + " is";
+                let both = Words::from(Argument("from")) + " equals " + Argument("look at");
                 return Err(Issue::says(both).with_advice("move one of them").into());
             }
             Eye::At(at) => (at, target - at),
@@ -108,8 +108,7 @@ impl PictureCamera {
         DVec3::new(f64::from(u) + 0.5 - middle[0], f64::from(v) + 0.5 - middle[1], self.focal)
     }
 
-    /// Where a point lands, in rays from the upper left, and its distance in 1/65536 voxels; `None` behind
-    /// the eye.
+    /// The place of a point in rays from the upper left, and its distance in 1/65536 voxels; `None` behind the eye.
     pub(super) fn project(&self, at_m: DVec3) -> Option<([f64; 2], f64)> {
         let ahead = at_m - self.eye_m;
         let seen = self.rotation.transpose() * ahead;
@@ -122,8 +121,8 @@ impl PictureCamera {
     }
 }
 
-/// How an eye that looks in a direction is turned: right, down, forward in the world. From straight above it is as a
-/// floor plan lies.
+/// The rotation of an eye that looks in a direction: right, down, forward in the world. From straight above as in a
+/// floor plan.
 fn rotation(ahead: DVec3, is_above: bool) -> DMat3 {
     match is_above {
         true => DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z),
@@ -131,8 +130,8 @@ fn rotation(ahead: DVec3, is_above: bool) -> DMat3 {
     }
 }
 
-/// The nearest point from which a box is in view for an eye that is turned so, with a little margin: its middle, or a
-/// point of it, in the middle of the picture. `tans` are those of half the angles of view.
+/// The nearest point from which a box is in view for an eye with this rotation, with a little margin: the box's middle,
+/// or a point of it, is in the middle of the picture. `tans` are those of half the angles of view.
 fn overlooking(rotation: DMat3, [low, high]: [DVec3; 2], tans: [f64; 2], middle: Option<DVec3>) -> DVec3 {
     let corner =
         |i: usize| DVec3::from_array(std::array::from_fn(|r| if i >> r & 1 == 0 { low[r] } else { high[r] }));
@@ -140,7 +139,7 @@ fn overlooking(rotation: DMat3, [low, high]: [DVec3; 2], tans: [f64; 2], middle:
     let middle = middle.map(|at| rotation.transpose() * at);
     let (mut eye, mut back) = (DVec3::ZERO, f64::INFINITY);
     for side in 0..2 {
-        // A corner is in view where it is no further aside of the eye than so much of its way ahead.
+        // A corner is in view if its offset is at most this multiple of its depth.
         let most = |sign: f64| {
             corners.iter().map(|c| sign * c[side] - tans[side] * c.z).fold(f64::NEG_INFINITY, f64::max)
         };
@@ -182,7 +181,7 @@ mod tests {
         // From the front a picture is as wide as y, and half as high as it is wide.
         let front = overlooking(back, corners, [1.0, 0.25], None);
         assert!((front - DVec3::new(7.0 + 0.03 * 10.0, 0.0, 0.0)).length() < 1e-12, "{front}");
-        // A corner in the middle of the picture needs twice the way.
+        // A corner in the middle of the picture needs twice the distance.
         let aside = overlooking(down, corners, [1.0, 1.0], Some(corners[1]));
         assert!((aside - DVec3::new(3.0, 2.0, 7.0 + 0.03 * 8.0)).length() < 1e-12, "{aside}");
     }

@@ -1,4 +1,4 @@
-//! The strip below a picture: what it shows, and what its colours stand for.
+//! The strip below a picture: its title, and the meaning of its colours.
 
 use embedded_graphics::mono_font::MonoTextStyle;
 use embedded_graphics::mono_font::iso_8859_1::FONT_7X13 as FONT;
@@ -24,15 +24,15 @@ pub(super) const FONT_HEIGHT_PX: u32 = FONT.character_size.height;
 /// The colour of words.
 pub(super) const INK: [u8; 3] = [30; 3];
 
-/// A legend, laid out.
+/// A legend with its layout.
 pub(super) struct Legend {
     title: String,
-    /// Each with where it begins: pixels from the left, and its line.
+    /// Each entry with its place: pixels from the left, and its line.
     entries: Vec<(Entry, [u32; 2])>,
     lines: u32,
 }
 
-/// What a picture shows, in a line.
+/// The title of a picture, in one line.
 pub(super) fn title(world: &World, view: Option<&View>) -> String {
     let Some(View { study, choice, .. }) = view else {
         return world.name.clone();
@@ -63,7 +63,7 @@ impl Entry {
 }
 
 impl Legend {
-    /// Lays entries out from left to right in as many lines as a picture of this width needs.
+    /// Lays entries out from left to right in the lines that a picture of this width needs.
     pub(super) fn new(title: String, entries: Vec<Entry>, width: u32) -> Legend {
         let (mut x, mut line) = (EDGE_PX, 1);
         let mut placed = Vec::new();
@@ -128,7 +128,7 @@ fn write(canvas: &mut Canvas, text: &str, at: Point) {
     write_in(canvas, text, at, INK);
 }
 
-/// Writes words that stand out from what is behind them.
+/// Writes words with a halo, so that they stand out.
 pub(super) fn write_haloed(canvas: &mut Canvas, text: &str, at: Point) {
     for beside in [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)] {
         write_in(canvas, text, at + Point::from(beside), [255; 3]);

@@ -1,9 +1,9 @@
-//! Draws a cell and what a choice of poses sees in it. Each pixel is a few rays of a camera, cast by the same
+//! Draws a cell and the labels of a choice of poses in it. Each pixel is a few rays of a camera, cast by the same
 //! backend that scores.
 //!
 //! # Practice
-//! The voxel in which a ray ends is the same on every backend, and colours are computed on the host, so the
-//! CPU and any GPU draw the same bytes.
+//! The voxel at the end of a ray is the same on every backend, and colours are computed on the host, so the CPU and any
+//! GPU draw the same bytes.
 
 mod above;
 mod canvas;
@@ -39,40 +39,39 @@ use glam::DVec3;
 /// Rays along each side of a pixel.
 const FINE: u32 = 2;
 
-/// Most pixels on a side, and least.
+/// Least and most pixels on a side.
 pub const SIDES_PX: std::ops::RangeInclusive<u32> = 64..=4096;
 
 /// Full horizontal angles of view, in degrees.
 pub const ANGLES_DEG: std::ops::RangeInclusive<f64> = 1.0..=150.0;
 
-/// What a picture is to show.
+/// The properties of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wish {
-    /// Where it is seen from.
+    /// The viewpoint.
     pub eye: Eye,
-    /// The point in the middle of the picture, in world metres; the middle of the cell unless said.
+    /// The point in the middle of the picture, in world metres; by default the middle of the cell.
     pub look_at_m: Option<DVec3>,
     /// Full horizontal angle of view in radians.
     pub fov_rad: f64,
-    /// Width and height in pixels, the legend included.
+    /// Width and height in pixels, including the legend.
     pub size_px: [u32; 2],
-    /// What the colours say.
+    /// The meaning of the colours.
     pub colour: Colour,
     /// Only the voxels of this region are drawn.
     pub only_region: Option<usize>,
     /// Nothing is drawn above this height in the world.
     pub cut_above_m: Option<f64>,
-    /// Sides of the cell between it and the eye are taken off, so thick.
+    /// Thickness of the removed sides of the cell between it and the eye.
     pub open_m: f64,
-    /// About so many returns of each sensor are drawn as dots, or all.
+    /// About this many returns of each sensor are drawn as dots, or all.
     pub points: usize,
-    /// Ways of bodies that are drawn, visible through everything.
+    /// Ways of bodies to draw, visible through everything.
     pub ways: Vec<Way>,
 }
 
 impl Default for Wish {
-    /// The whole cell from a corner, by role, with walls before it taken off: as `render` draws where nothing else is
-    /// said.
+    /// The default of `render`: the whole cell from a corner, by role, without the walls in front.
     fn default() -> Wish {
         Wish {
             eye: Eye::ISO,
@@ -90,7 +89,7 @@ impl Default for Wish {
 }
 
 impl Wish {
-    /// Fails for numbers that no picture can have.
+    /// Checks the numbers of a picture.
     ///
     /// # Errors
     /// The first argument that is wrong.
@@ -120,10 +119,10 @@ impl Wish {
     }
 }
 
-/// Draws a cell, or what a view of it sees. The backend forgets what it had loaded.
+/// Draws a cell, or a view of it. The backend unloads its previous scene.
 ///
 /// # Errors
-/// When the picture cannot be made as wished, with what would work, and those of the backend.
+/// If the picture is impossible, with a remedy, and those of the backend.
 pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn Backend) -> Result<Canvas> {
     let palette = colour::Palette::new(world, view, wish.colour)?;
     let whole = Cut { open_m: 0.0, ..Cut::new(wish) }.solid(world, DVec3::ZERO);
@@ -164,8 +163,8 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
     Ok(canvas)
 }
 
-/// Free space that is called occupied though no ray was read there: volumes around what was detected, zones.
-/// Returns that noise puts beside what they hit are dots.
+/// Free space labelled occupied without a ray's return: volumes around detections, zones. Returns displaced by noise
+/// are dots.
 fn false_volumes(view: &View) -> BitGrid {
     let mut voxels = view.voxels(Verdict::Fp);
     let cast = view.members.iter().filter_map(|member| member.cast.as_ref());
@@ -176,7 +175,7 @@ fn false_volumes(view: &View) -> BitGrid {
 /// The rays of a picture, row by row.
 struct Samples {
     colours: Vec<[u8; 3]>,
-    /// How far each sees, in 1/65536 voxels.
+    /// The distance of each hit, in 1/65536 voxels.
     depths_q16: Vec<u32>,
 }
 

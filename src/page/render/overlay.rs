@@ -1,5 +1,5 @@
-//! Draws over the voxels: returns as dots, where nothing stands before them; sensors as figures of lines, and ways of
-//! bodies, visible through everything.
+//! Draws over the voxels: visible returns as dots; sensors as figures of lines, and ways of bodies, visible through
+//! everything.
 
 use glam::DVec3;
 
@@ -11,14 +11,14 @@ use perirobot_decide::view::View;
 use perirobot_march::march;
 use perirobot_march::voxel::BitGrid;
 
-/// A return on the far side of a voxel's corner still shows, in 1/65536 voxels.
+/// Tolerance for a return on the far side of a voxel's corner, in 1/65536 voxels.
 const SLACK_Q16: f64 = 1.5 * 65536.0;
 /// Length of a sensor's figure in metres.
 const FIGURE_M: f64 = 0.4;
-/// Half the width of a sensor that looks all around, in metres.
+/// Half the width of an all-round sensor's figure, in metres.
 const ALL_AROUND_M: f64 = 0.08;
 
-/// Draws about `most` returns of each sensor, or all, as far as they are read where there may be dots.
+/// Draws about `most` returns of each sensor, or all, at places where dots are allowed.
 pub(super) fn points(
     samples: &mut Samples,
     view: &View,
@@ -31,7 +31,7 @@ pub(super) fn points(
     }
     for member in &view.members {
         let returns = view.returns(member);
-        // A hash chooses, so that no pattern shows.
+        // Selected by a hash, to avoid patterns.
         let share = (most as u64 * (1 << 32)).checked_div(returns.len() as u64).unwrap_or(0);
         let chosen = |ray: usize| u64::from(march::pcg(ray as u32)) < share;
         for found in returns.iter().filter(|found| chosen(found.ray) && places.get(found.voxel)) {
@@ -45,7 +45,7 @@ pub(super) fn points(
     }
 }
 
-/// Draws each sensor where it stands, as it looks; of a pad and of a gate the ground that it watches.
+/// Draws the figure of each sensor; for a pad and a gate the watched ground.
 pub(super) fn sensors(samples: &mut Samples, view: &View, camera: &PictureCamera) {
     let outlines: Vec<_> = view.members.iter().filter_map(|member| view.outline(member)).collect();
     let grounds: Vec<_> = view.members.iter().flat_map(|member| view.grounds(member)).collect();
@@ -101,7 +101,7 @@ fn ring(samples: &mut Samples, points: &[DVec3], radius: f64, colour: [u8; 3], c
 fn line(samples: &mut Samples, [from, to]: [DVec3; 2], radius: f64, colour: [u8; 3], camera: &PictureCamera) {
     let (Some((a, _)), Some((b, _))) = (camera.project(from), camera.project(to)) else { return };
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
-    // As many dots as the line is long, with a limit for lines that end far outside the picture.
+    // The number of dots follows the length, with a limit for lines that end far outside the picture.
     let steps = (dx.abs().max(dy.abs()).ceil()).clamp(1.0, 10_000.0);
     for i in 0..=steps as u32 {
         let along = f64::from(i) / steps;
@@ -123,7 +123,7 @@ fn dot(samples: &mut Samples, [x, y]: [f64; 2], radius: f64, colour: [u8; 3], si
     }
 }
 
-/// The index of a ray, if there is such a one.
+/// The index of a ray, if it exists.
 fn ray_index([x, y]: [f64; 2], [width, height]: [u32; 2]) -> Option<usize> {
     let is = (0.0..f64::from(width)).contains(&x) && (0.0..f64::from(height)).contains(&y);
     is.then(|| y as usize * width as usize + x as usize)

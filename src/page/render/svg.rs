@@ -15,7 +15,7 @@ impl Svg {
         self.text += "/>\n";
     }
 
-    /// Adds an element with words in it; a reader shows those of `title` while the mouse is over it.
+    /// Adds an element with words in it; browsers show a `title` as a tooltip.
     pub fn add_titled(&mut self, name: &str, attributes: &[(&str, &dyn Display)], title: &str) {
         self.begin(name, attributes);
         let _ = writeln!(self.text, "><title>{}</title></{name}>", escape(title));
@@ -27,12 +27,12 @@ impl Svg {
         let _ = writeln!(self.text, ">{}</text>", escape(words));
     }
 
-    /// Adds elements as they are.
+    /// Adds elements unchanged.
     pub fn add(&mut self, elements: &str) {
         self.text += elements;
     }
 
-    /// The elements alone.
+    /// Only the elements.
     pub fn into_text(self) -> String {
         self.text
     }
@@ -44,7 +44,7 @@ impl Svg {
         }
     }
 
-    /// All of them, in an element that is as large as its box where nothing else is said.
+    /// The complete SVG, with the size of its box unless a page sets another.
     pub fn finish(self, class: &str, label: &str, [left, top, width, height]: [f64; 4]) -> String {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"{class}\" role=\"img\" aria-label=\"{}\" \
@@ -55,7 +55,7 @@ impl Svg {
     }
 }
 
-/// Words as they stand in XML, where characters that XML cannot hold are left out.
+/// Escapes text for XML and removes characters that XML does not allow.
 pub fn escape(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for letter in words.chars() {
@@ -72,7 +72,7 @@ pub fn escape(words: &str) -> String {
     text
 }
 
-/// A length to a tenth of a unit, without zeros at its end.
+/// A length to a tenth of a unit, without trailing zeros.
 pub fn tenth(units: f64) -> f64 {
     (units * 10.0).round() / 10.0 + 0.0
 }

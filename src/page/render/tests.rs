@@ -32,7 +32,7 @@ fn rays_end_in_the_first_voxel_on_their_way() {
     let (_, world) = tiny();
     let grid = &world.grid;
     let solid = Cut::new(&wish()).solid(&world, DVec3::new(9.0, 9.0, 9.0));
-    // From outside the grid, on either side of it, and from within.
+    // From outside the grid, on both sides of it, and from inside.
     for at in [[4.0, 3.0, 5.0], [-4.0, -3.0, -2.0], [0.3, 0.1, 1.2]] {
         let wish = Wish { eye: Eye::At(at.into()), ..wish() };
         let camera = PictureCamera::new(&wish, [64, 64], grid, &solid).unwrap();
@@ -41,7 +41,7 @@ fn rays_end_in_the_first_voxel_on_their_way() {
         for (i, hit) in hits.iter().enumerate() {
             let Some(hit) = hit else { continue };
             assert!(solid.get(hit.voxel), "{at:?}: ray {i}: {hit:?}");
-            // Where the ray enters lies on the voxel's face, within the deviation of quantised directions.
+            // The entry point of the ray is on the voxel's face, within the deviation of quantised directions.
             let dir = (camera.rotation * camera.direction([i as u32 % 64, i as u32 / 64])).normalize();
             let entry = camera.eye_m + dir * (f64::from(hit.distance_q16) / 65536.0 * grid.voxel_size_m);
             let low = grid.corner_m(hit.voxel);
@@ -49,7 +49,7 @@ fn rays_end_in_the_first_voxel_on_their_way() {
             let face = if hit.step > 0 { 0.0 } else { 1.0 };
             assert!((off[hit.axis] - face).abs() < 0.02, "{at:?}: ray {i}: {off}: {hit:?}");
             assert!(off.min_element() > -0.02 && off.max_element() < 1.02, "{at:?}: ray {i}: {off}");
-            // Half way from the eye nothing is in the way, as far as points between tell.
+            // Sampled points between the eye and the voxel are free.
             let before = (0..100).map(|n| camera.eye_m + (entry - camera.eye_m) * (f64::from(n) / 101.0));
             let near = |p: DVec3| perirobot_march::voxel::Grid::voxel_of(grid.position_q16(p));
             let hidden = before.map(near).filter(|voxel| solid.get(*voxel) && *voxel != hit.voxel).count();
@@ -65,7 +65,7 @@ fn walls_between_the_eye_and_the_cell_are_taken_off() {
     let cut = Cut::new(&wish());
     let bounds = truth.occupied.bounds();
     let left = cut.solid(&world, DVec3::new(9.0, 0.0, 9.0));
-    // The ceiling and the wall at large x are gone, their opposites and those of y stay.
+    // The ceiling and the wall at large x are removed, the opposite ones and those of y stay.
     let layer = |axis: usize, at: i32| {
         left.voxels()
             .filter(|voxel| voxel[axis] == at && !truth.human.get(*voxel) && !truth.robot.get(*voxel))
@@ -111,7 +111,7 @@ fn what_cannot_be_drawn_is_said() {
     assert!(low.starts_with("size: the legend"), "{low}");
 }
 
-/// The rows of a picture whose first pixels are as dark as words are: marks at its left edge.
+/// The rows of a picture whose first pixels are as dark as text: ticks at its left edge.
 fn marks_at_the_left(canvas: &Canvas) -> usize {
     let bytes = canvas.png().unwrap();
     let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();

@@ -1,4 +1,4 @@
-//! A value beside a limit, with as many digits as tell it apart from it.
+//! A value next to a limit, with enough digits to distinguish them.
 
 use std::cmp::Ordering;
 
@@ -7,21 +7,21 @@ use perirobot_decide::judge::Summed;
 use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_study::input::ControllerScore;
 
-/// How a value is written.
+/// The format of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Writing {
-    /// As in tables, with at least three digits behind the point.
+    /// As in tables, with at least three decimals.
     Plain,
-    /// A distance that must be reached, which is never rounded up; likewise.
+    /// A distance with a lower limit, never rounded up; at least three decimals.
     Down,
-    /// A distance that must stay small, which is never rounded down; likewise.
+    /// A distance with an upper limit, never rounded down; at least three decimals.
     Up,
     /// A share, as percent.
     Percent,
 }
 
 impl Writing {
-    /// How values of a score are written in text: distances are rounded to the safe side.
+    /// The format of a score's values in text: distances are rounded to the safe side.
     pub(super) fn new(score: Summed) -> Writing {
         match score {
             Summed::Nearness(score) if !score.is_area() => Writing::Down,
@@ -30,12 +30,12 @@ impl Writing {
         }
     }
 
-    /// A value with three digits behind the point, as in tables.
+    /// A value with three decimals, as in tables.
     pub(super) fn to_table_text(self, value: f64) -> String {
         self.show(value, 3)
     }
 
-    /// A value that compares so with a limit.
+    /// A value, with its exact comparison to a limit.
     pub(super) fn apart(self, value: f64, order: Ordering, limit: f64) -> String {
         let is_told =
             |text: &String| self.read(text).partial_cmp(&limit) == Some(order) && self.is_fair(text, value);
@@ -74,13 +74,13 @@ impl Writing {
         }
     }
 
-    /// The value that a text tells.
+    /// The number of a text.
     fn read(self, text: &str) -> f64 {
         let number = text.trim_end_matches("\u{a0}%").parse().unwrap_or(f64::NAN);
         if self == Writing::Percent { number / 100.0 } else { number }
     }
 
-    /// A share is not rounded to nothing or all.
+    /// A share is not rounded to 0 % or 100 %.
     fn is_fair(self, text: &str, value: f64) -> bool {
         let read = self.read(text);
         self != Writing::Percent || value == read || (read != 0.0 && read != 1.0)

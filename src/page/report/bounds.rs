@@ -1,11 +1,11 @@
-//! What is possible by a score over some moments: at most with the study's positions, and without any sensor.
+//! The range of a score over some moments: the best with the study's positions, and without any sensor.
 
 use std::ops::Range;
 
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
-/// The mean that all positions of the study together could reach.
+/// The mean with all positions of the study together.
 pub(super) fn upper_bound(
     results: &Results,
     moments: Range<usize>,
@@ -16,7 +16,7 @@ pub(super) fn upper_bound(
     bound.map(|over| over.mean)
 }
 
-/// The best of the answers that need no sensor, and its mean.
+/// The best baseline without sensors, and its mean.
 pub(super) fn best_without_sensor(
     results: &Results,
     moments: Range<usize>,

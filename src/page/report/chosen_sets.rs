@@ -8,25 +8,25 @@ use perirobot_decide::choose::{
 use perirobot_march::metrics::{Across, Score};
 use perirobot_study::input::Disturb;
 
-/// How scores are called.
+/// The names of scores.
 pub(super) struct Spelling {
     pub(super) score: fn(Score) -> String,
-    /// Of which counts.
+    /// The counts that a score covers.
     pub(super) over: fn(Across) -> &'static str,
-    /// The least that a score must be.
+    /// The lower limit of a score.
     pub(super) least: fn(Score, f64) -> String,
     /// A value of a score.
     pub(super) value: fn(Score, f64) -> String,
-    /// A difference of two values, with its sign.
+    /// A signed difference of two values.
     pub(super) change: fn(Score, f64) -> String,
 }
 
-/// Files and screens have four digits.
+/// Four decimals for files and terminals.
 pub(super) fn four(_: Score, value: f64) -> String {
     format!("{value:.4}")
 }
 
-/// What was asked, in a sentence or two.
+/// The question, in a sentence or two.
 pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     let (Chosen { candidates, asked, .. }, currency) = (chosen, currency(chosen));
     let ChooseQuestion { objective, over, region, at_most, .. } = asked;
@@ -44,7 +44,7 @@ pub(super) fn question(chosen: &Chosen, spelling: &Spelling) -> String {
     text + &format!("; among {candidates} poses of {}", sensors.join(", "))
 }
 
-/// What every allowed set keeps to, in words.
+/// The limits of every allowed set, in words.
 pub(super) fn describe_limits(
     budget: Option<String>,
     apart_m: f64,
@@ -56,7 +56,7 @@ pub(super) fn describe_limits(
         text += &format!(", {apart_m} m apart");
     }
     if let Some(disturb) = disturb {
-        text += &format!(", {}", undisturbed(disturb));
+        text += &format!(", {}", describe_disturb_rule(disturb));
     }
     if !always.is_empty() {
         text += &format!(", always with {}", always.join(", "));
@@ -64,8 +64,8 @@ pub(super) fn describe_limits(
     text
 }
 
-/// What sensors that emit one kind of light must keep.
-fn undisturbed(Disturb { apart_deg, overlap }: Disturb) -> String {
+/// The rule for sensors that emit the same kind of light.
+fn describe_disturb_rule(Disturb { apart_deg, overlap }: Disturb) -> String {
     let lens = match apart_deg {
         Some(0.0) => None,
         Some(most) => Some(format!("looks into another's lens within {most} degrees of its view")),
@@ -76,7 +76,7 @@ fn undisturbed(Disturb { apart_deg, overlap }: Disturb) -> String {
     format!("where no sensor {} that emits the same light", rules.join(" or "))
 }
 
-/// What the front's columns say, and what is certified.
+/// The meaning of the front's columns, and the scope of its proof.
 pub(super) fn reading_guide(chosen: &Chosen) -> String {
     let (score, certified) = (chosen.asked.objective.title(), &chosen.certified);
     let costs = if is_priced(chosen) { " for that cost or less" } else { "" };
@@ -91,7 +91,7 @@ pub(super) fn reading_guide(chosen: &Chosen) -> String {
     format!("{proven}{holds}\ngain: above the best set of fewer sensors{costs}.\n")
 }
 
-/// Whether a better set exists if sensors might disturb each other, and which of its sensors do.
+/// Whether a better set exists without the exclusion of disturbing pairs, and its disturbing sensors.
 pub(super) fn describe_disturb(chosen: &Chosen, spelling: &Spelling) -> String {
     let report = &chosen.report;
     match (report.bound_by_disturb(), &report.if_disturbed) {
@@ -112,7 +112,7 @@ pub(super) fn describe_disturb(chosen: &Chosen, spelling: &Spelling) -> String {
     }
 }
 
-/// The unit of all costs, if the study says so.
+/// The currency of all costs, if the study has one.
 fn currency(chosen: &Chosen) -> Option<&str> {
     chosen.asked.currency.as_deref()
 }
@@ -121,7 +121,7 @@ fn is_priced(chosen: &Chosen) -> bool {
     chosen.report.steps.iter().any(|step| step.best.cost.is_some())
 }
 
-/// Whether every set of the front is proven to be the best.
+/// Whether every set of the front is proven.
 fn all_proven(chosen: &Chosen) -> bool {
     chosen.report.steps.iter().all(|step| step.proven)
 }
@@ -146,7 +146,7 @@ pub(super) fn front(chosen: &Chosen, spelling: &Spelling) -> Table {
     table
 }
 
-/// What no set of a step is above, in words.
+/// The upper bound of a step, in words.
 fn bound(step: &StepReport, objective: Score, spelling: &Spelling) -> String {
     match step.no_set_is_above {
         Some(_) if step.proven => "proven".into(),
@@ -163,14 +163,14 @@ fn bound(step: &StepReport, objective: Score, spelling: &Spelling) -> String {
     }
 }
 
-/// Where the poses of the front are, in words.
+/// The places of the front's poses, in words.
 pub(super) fn places(chosen: &Chosen) -> Table {
     let mut table = Table::new(&["<pose", "<place"]);
-    let mut told: Vec<&String> = Vec::new();
+    let mut listed: Vec<&String> = Vec::new();
     for best in chosen.report.steps.iter().map(|step| &step.best) {
         for (pose, one) in best.poses.iter().zip(&best.sensors) {
-            if !told.contains(&pose) {
-                told.push(pose);
+            if !listed.contains(&pose) {
+                listed.push(pose);
                 table.row([pose.clone(), one.place.clone()]);
             }
         }
@@ -206,7 +206,7 @@ pub(super) fn describe_score(chosen: &Chosen, spelling: &Spelling, set: &SetRepo
     format!("{score} {value}{}", cost.unwrap_or_default())
 }
 
-/// A set sensor by sensor: what each is worth, and where it is.
+/// A set sensor by sensor: the worth and place of each.
 pub(super) fn set(chosen: &Chosen, spelling: &Spelling, set: &SetReport) -> Table {
     let objective = chosen.asked.objective;
     let cost: &[&str] = if set.cost.is_some() { &["cost"] } else { &[] };
@@ -221,7 +221,7 @@ pub(super) fn set(chosen: &Chosen, spelling: &Spelling, set: &SetReport) -> Tabl
     table
 }
 
-/// What was found around the best set of a size, in words.
+/// The result of refining the best set of a size, in words.
 pub(super) fn refined_words(chosen: &Chosen, spelling: &Spelling, refined: &RefinedReport) -> String {
     let objective = chosen.asked.objective;
     let RefinedReport { at_most, score_before, rounds, cast, stays, .. } = refined;

@@ -1,9 +1,9 @@
-//! The colours of figures and of the page, in one place. Drawings take them from here, the page's style and scripts as
-//! variables of CSS.
+//! The colours of figures and of the page, in one place. Drawings use them directly, the page's style and scripts as
+//! CSS variables.
 
 use crate::render::ramp;
 
-/// The page's scheme: a name, and the colour by day and by night. Figures are drawn by day.
+/// The page's scheme: name, light and dark colour. Figures use the light ones.
 const SCHEME: [(&str, &str, &str); 11] = [
     ("ink", "#1c2430", "#e8edf2"),
     ("soft", "#55606f", "#a9b5c2"),
@@ -18,17 +18,17 @@ const SCHEME: [(&str, &str, &str); 11] = [
     ("focus", "#b35c00", "#ffb454"),
 ];
 
-/// Series, sizes of sets and scores: the colours of Okabe and Ito and two more, which people with any kind of colour
-/// vision can distinguish, the ones first that print well.
+/// Colours of series, sizes of sets and scores: those of Okabe and Ito and two more, which people with any kind of
+/// colour vision can distinguish; those that print well come first.
 const SERIES: [&str; 8] =
     ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#8a8a00", "#8a63d2"];
 
-/// A part of what has the first of these colours.
+/// A part of a whole in the first of these colours.
 pub(crate) const PART: &str = "#8cc0e6";
 
-/// What has the same colour by day and by night.
+/// Colours that do not depend on the scheme.
 const THINGS: [(&str, &str); 28] = [
-    // What is chosen.
+    // The selection.
     ("picked", "#d55e00"),
     ("robot", "#0072b2"),
     ("person", "#e69f00"),
@@ -51,7 +51,8 @@ const THINGS: [(&str, &str); 28] = [
     ("axis-x", "#d55e00"),
     ("axis-y", "#009e73"),
     ("axis-z", "#0072b2"),
-    // Why voxels are unknown, by the names of reasons.csv: Paul Tol's muted colours, apart from those of the layers.
+    // Reasons for unknown voxels, by the names of reasons.csv: Paul Tol's muted colours, distinct from those of the
+    // layers.
     ("out_of_view", "#888888"),
     ("out_of_range", "#000000"),
     ("muted", "#dd88aa"),
@@ -62,13 +63,13 @@ const THINGS: [(&str, &str); 28] = [
     ("cancelled", "#117733"),
 ];
 
-/// Objects that hide voxels, in the order in which the page names them.
+/// Objects that hide voxels, in the order of the page.
 const OBJECTS: [&str; 6] = ["#cc6677", "#aa4499", "#ddcc77", "#882255", "#661100", "#6699cc"];
 
 /// Stops of the ramp from the smallest to the largest value.
 const STOPS: u32 = 5;
 
-/// The colour of the series, the size or the score of a number.
+/// The colour of a series, size or score, by its index.
 pub(crate) fn series(number: usize) -> &'static str {
     SERIES[number % SERIES.len()]
 }
@@ -79,7 +80,7 @@ pub(crate) fn ramp_colour(place: u32) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// All of them as variables of CSS.
+/// All colours as CSS variables.
 pub(crate) fn variables() -> String {
     let variable = |(name, colour): (&str, &str)| format!("--{name}: {colour}; ");
     let day = SCHEME.map(|(name, day, _)| variable((name, day))).concat();
@@ -99,7 +100,7 @@ pub(crate) fn variables() -> String {
     )
 }
 
-/// A style sheet with the colours by day in place of variables, which many programs that show SVG do not know.
+/// A style sheet with light colours instead of variables, which many SVG viewers do not support.
 pub(crate) fn resolve(style: &str) -> String {
     SCHEME.iter().fold(style.into(), |style, (name, day, _)| style.replace(&format!("var(--{name})"), day))
 }

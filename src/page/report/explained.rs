@@ -1,4 +1,4 @@
-//! Why voxels of a region stay unknown, in words, and what would help.
+//! Why voxels of a region stay unknown, in words, and how to avoid it.
 
 use perirobot_decide::view::View;
 use perirobot_decide::view::why::{Cause, CauseTally, Reason};
@@ -10,28 +10,28 @@ const WORTH_ADVICE: u64 = 10;
 /// Most pieces of advice for a region.
 const MOST_ADVICE: usize = 3;
 
-/// Why voxels of a region stay unknown, for people.
+/// Why voxels of a region stay unknown, as text.
 #[derive(Clone, Debug)]
 pub(super) struct Explained {
-    /// How many, and the most frequent causes.
+    /// Their number, and the most frequent causes.
     pub(super) headline: String,
     /// For each cause, the most frequent first: reason, object, share, voxels, occupied, a person's, free.
     pub(super) rows: Vec<[String; 7]>,
-    /// How many are monitored all the same.
+    /// The number of monitored ones.
     pub(super) monitored: String,
-    /// What would help against the most frequent causes.
+    /// Advice against the most frequent causes.
     pub(super) advice: Vec<Advice>,
-    /// How many voxels the region has.
+    /// The number of voxels in the region.
     #[cfg_attr(not(feature = "report"), expect(dead_code))]
     pub(super) total: u64,
 }
 
-/// What would help against a cause.
+/// Advice against a cause.
 #[derive(Clone, Debug)]
 pub(super) struct Advice {
     pub(super) cause: String,
     pub(super) cure: String,
-    /// How many voxels are unknown for it, and how many of these are a person's.
+    /// The number of its unknown voxels, and of those that are a person's.
     #[cfg_attr(not(feature = "report"), expect(dead_code))]
     pub(super) voxels: u64,
     #[cfg_attr(not(feature = "report"), expect(dead_code))]
@@ -98,7 +98,7 @@ impl Advice {
     }
 }
 
-/// Rounded, but not to 0 % unless there is none, nor to 100 % unless it is all.
+/// Rounded, but to 0 % or 100 % only if exact.
 fn percent(part: u64, of: u64) -> String {
     match (200 * part + of) / (2 * of).max(1) {
         0 if part > 0 => "<1 %".into(),
@@ -125,7 +125,7 @@ pub fn phrase(view: &View, cause: &Cause) -> String {
     }
 }
 
-/// A sentence that says what would help.
+/// A sentence of advice.
 fn cure(view: &View, cause: &Cause) -> String {
     let object = view.object(cause).unwrap_or_default();
     match cause.reason {

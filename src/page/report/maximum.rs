@@ -1,4 +1,4 @@
-//! The best score that any choice of poses of a combination reaches, per scene and on average.
+//! The best score of any choice of poses of a combination, per scene and on average.
 
 use super::series::{Series, first_best};
 use super::table::number;
@@ -12,20 +12,20 @@ use perirobot_sweep::results::swept::SceneResults;
 pub(super) struct Maxima {
     /// Index of the combination.
     pub(super) combination: usize,
-    /// For each scene, the best mean over snapshots and repeats that a choice in some representation has.
+    /// For each scene, the best mean over snapshots and repeats of a choice in any representation.
     pub(super) scenes: Vec<Option<Maximum>>,
-    /// Mean of the scenes' maxima, of those that there are.
+    /// Mean of the scenes' maxima, over those with a value.
     pub(super) mean: Option<f64>,
 }
 
-/// A maximum and where it is reached first.
+/// A maximum and its first choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Maximum {
     /// The score.
     pub(super) value: f64,
-    /// Number of the choice of poses.
+    /// Index of the choice of poses.
     pub(super) choice: usize,
-    /// Number of the choice of representations.
+    /// Index of the choice of representations.
     pub(super) representation: usize,
 }
 
@@ -49,7 +49,7 @@ pub(super) fn maxima(results: &Results, combination: usize, region: usize, score
 }
 
 impl Maxima {
-    /// With the mean of those of its scenes.
+    /// Adds the mean over its scenes.
     pub(super) fn new(combination: usize, scenes: Vec<Option<Maximum>>) -> Maxima {
         let values: Vec<f64> = scenes.iter().flatten().map(|maximum| maximum.value).collect();
         let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
@@ -57,7 +57,7 @@ impl Maxima {
     }
 }
 
-/// The combination with the most sensors, if no other has as many.
+/// The combination with the most sensors, if it is unique.
 pub(super) fn most_sensors(results: &Results) -> Option<usize> {
     let sizes: Vec<usize> = results.combinations.iter().map(|c| c.members.len()).collect();
     let most = sizes.iter().max()?;
@@ -65,8 +65,8 @@ pub(super) fn most_sensors(results: &Results) -> Option<usize> {
     those.next().filter(|_| those.next().is_none())
 }
 
-/// What a combination reaches: its name, its maximum in each scene, their mean, and that as a part of the
-/// reference's; a function writes scores.
+/// The row of a combination: its name, its maximum in each scene, their mean, and the ratio to the reference's mean;
+/// `write` formats scores.
 pub(super) fn row<'a>(
     results: &'a Results,
     found: &'a Maxima,
@@ -79,7 +79,7 @@ pub(super) fn row<'a>(
     [name].into_iter().chain(scenes).chain(last)
 }
 
-/// A mean as a part of another.
+/// The ratio of two means.
 pub(super) fn relative(mean: Option<f64>, reference: Option<f64>) -> Option<f64> {
     let reference = reference.filter(|r| *r != 0.0)?;
     Some(mean? / reference)

@@ -1,7 +1,7 @@
-//! Results presented to people: tables for a terminal, the report as a page, and figures for print. What they share is
-//! beside them: which results are meant (`selection`, `series`), what is computed of them (`maximum`, `bounds`,
-//! `quartiles`, `explained`), how charts are drawn (`charts`, `colours`), where places come to lie on paper (`unfolded`),
-//! and how it is written (`table`, `apart`, `chosen_sets`, `purchased`, `wording`).
+//! Presents results: tables for a terminal, the report as a page, and figures for print. Shared modules: the selection
+//! of results (`selection`, `series`), computed values (`maximum`, `bounds`, `quartiles`, `explained`), charts
+//! (`charts`, `colours`), places on paper (`unfolded`), and wording (`table`, `apart`, `chosen_sets`, `purchased`,
+//! `wording`).
 
 mod apart;
 #[cfg(feature = "report")]
@@ -32,13 +32,13 @@ pub mod wording;
 use perirobot_march::metrics::Score;
 pub use selection::ReportSelection;
 
-/// What stands under tables with an upper bound of human_seen.
+/// The note under tables with an upper bound of human_seen.
 const NEAR_SIDE: &str = "Only the near side of a body can be hit: human_seen mostly ends well below 1, while parts_detected can reach it.";
 
-/// What is said of means where snapshots last differently and the means do not know it.
+/// The note on unweighted means of snapshots with different durations.
 pub const PLAIN_MEANS: &str = "Means count each snapshot once, however long it lasts (dwell_s); weighted means are in scores.csv and in the summary.";
 
-/// The line under the table of a score with an upper bound, if it needs one.
+/// The note under the table of a score with an upper bound, if it needs one.
 fn bound_note(score: Score) -> String {
     if score == Score::HumanSeen { format!("{NEAR_SIDE}\n") } else { String::new() }
 }

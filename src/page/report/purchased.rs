@@ -1,4 +1,4 @@
-//! The cheapest set that passes, in words: the answer in one sentence, what proves it, and the set of each question.
+//! The cheapest set that passes, in words: the answer in one sentence, its proof, and the set of each question.
 
 use super::wording::count;
 use perirobot_decide::cheapest::{AimReport, MOST_TIES, PurchasePoint, PurchaseReport, PurchasedSet};
@@ -10,8 +10,7 @@ pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String
     let Some(set) = report.recommended() else {
         return match report.main().proven {
             true if report.stopped => {
-                "no allowed set of the listed poses passes; which comes nearest was not searched to the end"
-                    .into()
+                "no allowed set of the listed poses passes; the search for the nearest was stopped".into()
             }
             true => "no allowed set of the listed poses passes, nor does any come near".into(),
             false => "no set that passes was found so far".into(),
@@ -36,7 +35,7 @@ pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String
         None if report.main().proven => "no allowed set passes all; ",
         None => "no set that passes all was found so far; ",
     };
-    // What no set passes at all is no matter of a speed.
+    // If no set passes at any speed, the speed is irrelevant.
     let next = impossible_speed(report).filter(|_| report.main().set.is_some());
     let limits =
         report.asked.budget.map_or(String::new(), |budget| format!(" for {}", report.amount(budget)));
@@ -46,14 +45,14 @@ pub fn sentence(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String
     format!("{nearest}{size}{verdicts}{speed}{next}")
 }
 
-/// How many of the requirements on a set are met under all of their conditions, and how many there are.
+/// The number of requirements on a set that are met under all of their conditions, and of all.
 fn count_met(judged: &SetVerdicts) -> [usize; 2] {
     let of_names = judged.requirements.chunk_by(|one, next| one.requirement == next.requirement);
     let met = of_names.clone().filter(|own| own.iter().all(|verdict| verdict.is_met)).count();
     [met, of_names.count()]
 }
 
-/// The cost of the cheapest set for the next speed above the one that a set allows, and the highest speed for that.
+/// The cost of the cheapest set for the next speed above the allowed one, and the highest speed for that cost.
 fn dearer_speed(report: &PurchaseReport, allowed_m_s: Option<f64>) -> Option<(f64, Cost)> {
     let faster = report.points.iter().filter_map(|point| match (&point.aim, &point.set) {
         (AimReport::Speed(speed), Some(set)) if allowed_m_s.is_none_or(|allowed| *speed > allowed) => {
@@ -65,7 +64,7 @@ fn dearer_speed(report: &PurchaseReport, allowed_m_s: Option<f64>) -> Option<(f6
     faster.take_while(|(_, other)| *other == cost).last()
 }
 
-/// How fast the robot may run, in words.
+/// The allowed robot speed, in words.
 pub(super) fn describe_speed(speed: AllowedSpeed) -> String {
     match speed.m_s {
         Some(fastest) => format!("the robot may run at {fastest} m/s"),
@@ -81,11 +80,11 @@ fn impossible_speed(report: &PurchaseReport) -> Option<(f64, &str)> {
     })
 }
 
-/// What is proven of the answer, and what is not.
+/// The proof of the answer, and its gaps.
 pub fn describe_proof(report: &PurchaseReport) -> String {
     let PurchasePoint { set, no_set_below, proven, tested, .. } = report.main();
-    let by = match tested {
-        0 => "nothing had to be tested: what is required rules out every set".into(),
+    let evidence = match tested {
+        0 => "nothing had to be tested: the requirements rule out every set".into(),
         _ if report.ways_in.is_empty() => format!("{} tested", count(*tested as usize, "set")),
         _ => {
             format!("{} tested, {} in", count(*tested as usize, "set"), count(report.ways_in.len(), "way"))
@@ -93,26 +92,26 @@ pub fn describe_proof(report: &PurchaseReport) -> String {
     };
     match (set, no_set_below, proven) {
         (Some(_), _, true) => format!(
-            "proven: no cheaper set of the {} listed poses passes ({by}){}",
+            "proven: no cheaper set of the {} listed poses passes ({evidence}){}",
             report.candidates,
             describe_ties(report)
         ),
         (Some(set), Some(bound), false) => {
             format!(
-                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({by})",
+                "stopped: a cheaper set may pass, but none below {}; this one costs {} ({evidence})",
                 report.amount(*bound),
                 report.amount(set.cost)
             )
         }
         (None, _, true) => {
-            format!("proven: no allowed set of the {} listed poses passes ({by})", report.candidates)
+            format!("proven: no allowed set of the {} listed poses passes ({evidence})", report.candidates)
         }
-        (_, Some(bound), _) => format!("stopped: no set below {} passes ({by})", report.amount(*bound)),
-        (_, None, _) => format!("stopped ({by})"),
+        (_, Some(bound), _) => format!("stopped: no set below {} passes ({evidence})", report.amount(*bound)),
+        (_, None, _) => format!("stopped ({evidence})"),
     }
 }
 
-/// How many other sets cost the same, or how sure it is that none of them is better.
+/// The number of other sets of the same cost, or how certain it is that none is better.
 fn describe_ties(report: &PurchaseReport) -> String {
     let PurchasePoint { ties, compared, best_of_cost, .. } = report.main();
     match (ties, &report.asked.then) {
@@ -135,7 +134,7 @@ fn describe_ties(report: &PurchaseReport) -> String {
     }
 }
 
-/// Whether a better set would pass if sensors might disturb each other, and which of its sensors do.
+/// Whether a better set would pass without the exclusion of disturbing pairs, and its disturbing sensors.
 pub(super) fn describe_disturb(report: &PurchaseReport) -> String {
     let Some(if_disturbed) = report.points.iter().find(|point| point.aim == AimReport::Disturbed) else {
         return String::new();
@@ -157,7 +156,7 @@ pub(super) fn describe_disturb(report: &PurchaseReport) -> String {
     }
 }
 
-/// What is known of the cheapest set for one aim, in a word or a few.
+/// The bound of the cheapest set for one aim, in a few words.
 pub(super) fn describe_bound(report: &PurchaseReport, point: &PurchasePoint) -> String {
     match (&point.set, point.proven) {
         (Some(_), true) => "proven".into(),
@@ -169,7 +168,7 @@ pub(super) fn describe_bound(report: &PurchaseReport, point: &PurchasePoint) -> 
     }
 }
 
-/// What a set costs, and how much less that is than the cheapest for all requirements, if fewer are asked.
+/// The cost of a set, and its difference to the cheapest for all requirements, for a smaller question.
 pub(super) fn describe_cost(report: &PurchaseReport, aim: &AimReport, set: &PurchasedSet) -> String {
     let (cost, whole) = (set.cost, report.main().set.as_ref().map(|set| set.cost));
     let less = whole.map(|whole| whole.thousandths().saturating_sub(cost.thousandths()));
@@ -184,7 +183,7 @@ pub(super) fn describe_cost(report: &PurchaseReport, aim: &AimReport, set: &Purc
     }
 }
 
-/// What a recommended set is called: one that misses something is none.
+/// The heading of a recommended set: one that misses a requirement is not called recommended.
 pub(super) fn describe_heading(report: &PurchaseReport) -> &'static str {
     match report.main().set {
         Some(_) => "Recommended",
@@ -192,7 +191,7 @@ pub(super) fn describe_heading(report: &PurchaseReport) -> &'static str {
     }
 }
 
-/// What a set is to pass, in words.
+/// The terms of a set, in words.
 pub fn describe_aim(aim: &AimReport) -> String {
     match aim {
         AimReport::All => "all requirements".into(),

@@ -1,28 +1,28 @@
-//! Smallest, quartiles and largest of many scores.
+//! Minimum, quartiles and maximum of many scores.
 
 use super::series::Series;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::swept::SceneResults;
 
-/// Five numbers about many.
+/// Five numbers of a distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Distribution {
     /// The smallest.
     pub(super) min: f64,
-    /// A quarter lies below it.
+    /// A quarter is below it.
     pub(super) lower_quartile: f64,
-    /// Half lies below it.
+    /// Half is below it.
     pub(super) median: f64,
-    /// Three quarters lie below it.
+    /// Three quarters are below it.
     pub(super) upper_quartile: f64,
     /// The largest.
     pub(super) max: f64,
-    /// How many there are.
+    /// The number of values.
     pub(super) values: usize,
 }
 
-/// The distribution of some values; `None` if there are none. A quantile p of n sorted values lies at place
-/// p·(n − 1), counted from 0, and between two values on the straight line from one to the other.
+/// The distribution of some values; `None` if there are none. A quantile p of n sorted values is at place p·(n − 1),
+/// counted from 0, linearly interpolated.
 pub(super) fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
@@ -35,8 +35,8 @@ pub(super) fn distribution(mut values: Vec<f64>) -> Option<Distribution> {
     Some(Distribution { min, lower_quartile, median, upper_quartile, max, values: values.len() })
 }
 
-/// How a score of a series is distributed in a scene: scene, series, how many choices have a value, and the five
-/// numbers, as a function writes them.
+/// The distribution of a series' score in a scene: scene, series, the number of choices with a value, and the five
+/// numbers, formatted by `write`.
 pub(super) fn row(
     results: &Results,
     scene: &SceneResults,

@@ -4,12 +4,12 @@
 //! |---|---|
 //! | `scene`, `snapshot`, `repeat`, `combination`, `poses`, `representation`, `region` | as in `results` |
 //! | `reason` | one of those of [`perirobot_decide::view::why`] |
-//! | `object` | what hides a hidden voxel, or blinds the ray of a blind one; else empty |
-//! | `monitored` | 1 if some sensor watches the voxels all the same (the paper's monitored, but occluded), 0 if none does |
-//! | `voxels_occupied`, `voxels_free` | how many of the row's `uo` and `uf` in `results` have this reason |
-//! | `voxels_human` | how many of its `uo_human` |
+//! | `object` | the object that hides a hidden voxel, or blinds the ray of a blind one; else empty |
+//! | `monitored` | 1 if a sensor watches the voxels anyway (the paper's monitored, but occluded), else 0 |
+//! | `voxels_occupied`, `voxels_free` | the part of the row's `uo` and `uf` in `results` with this reason |
+//! | `voxels_human` | the part of its `uo_human` |
 //!
-//! Reasons that no voxel has have no row; those of a row of `results` add up to its unknown voxels.
+//! Reasons without voxels have no row; the others add up to the unknown voxels of a row of `results`.
 
 use std::path::Path;
 
@@ -24,14 +24,14 @@ use perirobot_sweep::results::table::{
 /// The name of the file, without its extension.
 pub const REASONS: &str = "reasons";
 
-/// The table on its way into a folder. Dropped before [`ReasonsFile::finish`], it leaves nothing behind.
+/// The table during writing. If it is dropped before [`ReasonsFile::finish`], no file is left.
 pub struct ReasonsFile {
     table: TableFile,
     rows: u64,
 }
 
 impl ReasonsFile {
-    /// Begins the table.
+    /// Starts the table.
     pub fn create(folder: &Path, format: TableFormat) -> Result<ReasonsFile> {
         let path = folder.join(format!("{REASONS}.{}", format.extension()));
         Ok(ReasonsFile { table: TableFile::create(&path, format, &columns())?, rows: 0 })
@@ -45,12 +45,12 @@ impl ReasonsFile {
         })
     }
 
-    /// Where it will be.
+    /// Its final path.
     pub fn path(&self) -> &Path {
         self.table.path()
     }
 
-    /// Puts the table in its place; how many rows it has.
+    /// Moves the table to its path; returns the number of rows.
     pub fn finish(self) -> Result<u64> {
         self.table.finish()?;
         Ok(self.rows)
@@ -91,7 +91,7 @@ fn each(view: &View, missed: &[Missed], sink: RowSink) -> Result<()> {
     Ok(())
 }
 
-/// Combination, poses and representation of what is looked at, as in the columns of `results`.
+/// Combination, poses and representation of a view, as in the columns of `results`.
 pub(super) fn names(view: &View) -> [String; 3] {
     let combination = &view.study.combinations[view.choice.combination];
     let representation =

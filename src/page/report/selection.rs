@@ -1,4 +1,4 @@
-//! Which part of a sweep's results tables and figures are about.
+//! The part of a sweep's results in tables and figures.
 
 use super::series::{Series, series};
 use perirobot_march::Result;
@@ -6,7 +6,7 @@ use perirobot_march::error::{Argument, Issue, Site};
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
-/// Which part of the results a report is about.
+/// The part of the results in a report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReportSelection {
     /// Indices of regions.

@@ -1,4 +1,4 @@
-//! The choices of poses of one representation of one combination, with their scores, and which of them are the best.
+//! The choices of poses of one representation of one combination, with their scores and ranking.
 
 use perirobot_decide::view::names::ChoiceNames;
 use perirobot_march::Result;
@@ -15,11 +15,11 @@ pub(super) struct Series {
 
 /// Every representation of some combinations.
 pub(super) fn series(results: &Results, combinations: impl Iterator<Item = usize>) -> Vec<Series> {
-    let of = |combination: usize| {
+    let to_series = |combination: usize| {
         let representations = 0..results.combinations[combination].representations.len();
         representations.map(move |representation| Series { combination, representation })
     };
-    combinations.flat_map(of).collect()
+    combinations.flat_map(to_series).collect()
 }
 
 impl Series {
@@ -29,7 +29,7 @@ impl Series {
         RowKey { combination, choice, representation, region }
     }
 
-    /// `camera · points`; of several sensors that are scored in one way only, that way is left out.
+    /// `camera · points`; for several sensors with a single representation, that is left out.
     pub(super) fn title(self, results: &Results) -> String {
         let combination = &results.combinations[self.combination];
         match (combination.members.len(), combination.representations.as_slice()) {
@@ -64,8 +64,7 @@ impl Series {
             .collect()
     }
 
-    /// Its choices that have a mean of a score over some moments, with it, the best first; equal ones keep
-    /// study order.
+    /// Its choices with a mean of a score over some moments, best first; equal ones keep study order.
     pub(super) fn best(
         self,
         results: &Results,
@@ -78,7 +77,7 @@ impl Series {
     }
 }
 
-/// Choices that have a value, the best first; equal ones keep study order.
+/// Choices with a value, best first; equal ones keep study order.
 pub(super) fn rank(score: Score, values: impl Iterator<Item = Option<f64>>) -> Vec<(usize, f64)> {
     let mut best: Vec<(usize, f64)> =
         values.enumerate().filter_map(|(choice, value)| Some((choice, value?))).collect();
@@ -86,14 +85,13 @@ pub(super) fn rank(score: Score, values: impl Iterator<Item = Option<f64>>) -> V
     best
 }
 
-/// The best value and the first choice that has it.
+/// The best value and its first choice.
 pub(super) fn first_best(score: Score, values: impl Iterator<Item = Option<f64>>) -> Option<(usize, f64)> {
     let with_value = values.enumerate().filter_map(|(choice, value)| Some((choice, value?)));
     with_value.reduce(|best, next| if score.merit(next.1) > score.merit(best.1) { next } else { best })
 }
 
-/// The snapshot of a scene, counted from 0, where a choice's score is the worst in some repeat; the first of
-/// several.
+/// The snapshot of a scene, counted from 0, with a choice's worst score in any repeat; the first of several.
 pub(super) fn worst_snapshot(
     results: &Results,
     scene: &SceneResults,

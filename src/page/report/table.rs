@@ -1,26 +1,24 @@
-//! One model of a table for people, with two writers: plain text here, HTML in `page/plain_table.rs`. Tables for
-//! programs (CSV and Parquet, numbers not rounded) are `results/table`'s.
+//! A table for people, with two writers: plain text here, HTML in `page/plain_table.rs`. Tables for programs (CSV and
+//! Parquet, unrounded) are in `results/table`.
 
-/// How a cell without a value is shown.
+/// The text of a cell without a value.
 pub(super) const NONE: &str = "–";
 
-/// Widest column to which others are aligned; a cell may be longer. The standard library pads to 65,535 at
-/// most.
+/// Widest aligned column; a cell may be longer. The standard library pads to at most 65,535.
 const WIDEST: usize = 1000;
 
-/// Rows of cells below a header; numbers stand right, words left.
+/// Rows of cells below a header; numbers are right-aligned, words left-aligned.
 #[derive(Debug)]
 pub(super) struct Table {
     pub(super) columns: Vec<String>,
-    /// Which columns are of words.
+    /// The columns of words.
     words: Vec<bool>,
     pub(super) rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// A table with these columns; `<` before a name says that the column has words, `>` that it has numbers,
-    /// which is the default. A name from a user's file needs one of them, since it may itself begin with
-    /// either.
+    /// A table with these columns; `<` before a name marks words, `>` numbers, the default. A name from a user's file
+    /// needs one of them, since it may itself begin with either.
     pub(super) fn new(columns: &[&str]) -> Self {
         Table {
             columns: columns
@@ -32,12 +30,12 @@ impl Table {
         }
     }
 
-    /// Adds a row; cells that are missing at its end are empty.
+    /// Adds a row; missing cells at its end are empty.
     pub(super) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The lines, each indented and ended.
+    /// The lines, indented, each with a newline.
     pub(super) fn text(&self) -> String {
         let lines = || [&self.columns].into_iter().chain(&self.rows);
         let length = |cell: &String| cell.chars().count();
@@ -57,9 +55,9 @@ impl Table {
     }
 }
 
-/// A score as it stands in tables.
+/// A score in a table.
 pub(super) fn number(value: Option<f64>) -> String {
-    // What rounds to zero has no sign.
+    // Zero has no sign.
     value.map_or(NONE.into(), |v| format!("{:.3}", if v.abs() < 0.0005 { 0.0 } else { v }))
 }
 

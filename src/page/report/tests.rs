@@ -1,4 +1,4 @@
-//! Every aggregate of the example, against what it is by hand.
+//! Every aggregate of the example, compared with values worked out by hand.
 
 use super::ReportSelection;
 use super::maximum::{Maximum, maxima, most_sensors};
@@ -19,7 +19,7 @@ fn all(results: &Results, scores: &[Score]) -> ReportSelection {
 
 #[test]
 fn counts_are_found_by_name() {
-    // Each count tells where it was put.
+    // Each count encodes its own place.
     let results = results(2, |moment, repeat, key| {
         let digits = [moment, repeat, key.combination, key.choice, key.representation];
         counts(digits.iter().fold(0, |n, digit| n * 10 + *digit as u64))
@@ -157,7 +157,7 @@ fn distributions_stand_beside_their_baselines() {
     assert!(text.contains("0    –        –       –        –    –  |"), "nobody is in the region: {text}");
 }
 
-/// No table has zeros for counts that cannot be read.
+/// Counts that cannot be read are never zeros in a table.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_fails_fails_every_table() {

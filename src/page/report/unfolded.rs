@@ -1,20 +1,20 @@
-//! Where the positions of a sensor come to lie on paper: walls unfolded around the ceiling as it is seen from above, other
-//! groups of positions each on a map of its own.
+//! The positions of a sensor on paper: walls unfolded around the ceiling as seen from above, other groups of positions
+//! each on its own map.
 
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-/// How far from a wall something still hangs on it.
+/// Largest distance of a position that hangs on a wall.
 const NEAR_M: f64 = 0.5;
 
-/// Farther apart than this, positions stand for themselves only.
+/// Positions with larger distances form no lattice.
 const WIDEST_M: f64 = 2.0;
 
 /// A position of a sensor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position<'a> {
-    /// Index of the candidate that has it.
+    /// Index of its candidate.
     pub(super) candidate: usize,
     pub(super) group: &'a str,
     pub(super) at: DVec3,
@@ -23,25 +23,25 @@ pub(super) struct Position<'a> {
 /// A map to be drawn.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
-    /// What it shows.
+    /// Its title.
     pub(super) title: String,
-    /// The axes that run to the right and up; `None` where walls are unfolded.
+    /// The axes to the right and up; `None` for unfolded walls.
     pub(super) axes: Option<[usize; 2]>,
-    /// The corners of what is drawn.
+    /// The corners of the drawing.
     pub(super) ends: [DVec2; 2],
-    /// The corners of what is seen from above: the ceiling with the walls around it, or all.
+    /// The corners of the part seen from above: the ceiling with the walls around it, or all.
     pub(super) flat: [DVec2; 2],
-    /// What lies side by side in it.
+    /// Its parts, side by side.
     pub(super) parts: Vec<MapPart>,
 }
 
-/// Positions that lie in one plane.
+/// Positions in one plane.
 #[derive(Clone, Debug)]
 pub(super) struct MapPart {
     pub(super) label: Option<Label>,
     pub(super) face: Face,
     pub(super) spots: Vec<PaperSpot>,
-    /// Width and height of a spot, where they form a lattice.
+    /// Width and height of a spot in a lattice.
     pub(super) size: Option<DVec2>,
 }
 
@@ -49,19 +49,19 @@ pub(super) struct MapPart {
 #[derive(Clone, Debug)]
 pub(super) struct Label {
     pub(super) text: String,
-    /// Where it stands: at the outer edge.
+    /// Its place, at the outer edge.
     pub(super) at: DVec2,
     pub(super) is_turned: bool,
 }
 
-/// Candidates that fall together on paper.
+/// Candidates at the same place on paper.
 #[derive(Clone, Debug)]
 pub(super) struct PaperSpot {
     pub(super) at: DVec2,
     pub(super) candidates: Vec<usize>,
 }
 
-/// What is looked at, and so where a place in the room comes to lie on paper.
+/// A projection from the room to paper.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Face {
     /// A side of a room between two corners, which is folded out.
@@ -76,7 +76,7 @@ impl Face {
         matches!(self, Face::Folded(RoomSide(2, _), _) | Face::Plane([0, 1]))
     }
 
-    /// Where a place comes to lie.
+    /// The projection of a place.
     fn lay(&self, at: DVec3) -> DVec2 {
         match *self {
             Face::Folded(side, room) => side.lay(at, room),
@@ -84,14 +84,14 @@ impl Face {
         }
     }
 
-    /// The corners of what a box covers.
+    /// The corners of a box's projection.
     pub(super) fn shadow(&self, [low, high]: [DVec3; 2]) -> [DVec2; 2] {
         let [a, b] = [self.lay(low), self.lay(high)];
         [a.min(b), a.max(b)]
     }
 }
 
-/// A side of a room: the axis that it is across, whether it is the upper one along it.
+/// A side of a room: the axis across it, and whether it is the upper one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RoomSide(usize, bool);
 
@@ -99,13 +99,13 @@ const SIDES: [RoomSide; 5] =
     [RoomSide(2, true), RoomSide(0, false), RoomSide(0, true), RoomSide(1, false), RoomSide(1, true)];
 
 impl RoomSide {
-    /// How far the farthest of some positions is from it.
+    /// The distance of the farthest of some positions from it.
     fn farthest_m(self, all: &[Position], room: [DVec3; 2]) -> f64 {
         let away = |one: &Position| (one.at[self.0] - room[usize::from(self.1)][self.0]).abs();
         all.iter().map(away).fold(0.0, f64::max)
     }
 
-    /// Where a place on it lies: the ceiling as in the room, a wall as it is folded out.
+    /// The place of a point on it: the ceiling as in the room, a wall as it is folded out.
     fn lay(self, at: DVec3, [low, high]: [DVec3; 2]) -> DVec2 {
         let down = high.z - at.z;
         match self {
@@ -128,7 +128,7 @@ impl RoomSide {
     }
 }
 
-/// The maps of some positions in a room; without one, as of positions on a link, no wall is unfolded.
+/// The maps of some positions in a room; without one, as for positions on a link, no wall is unfolded.
 pub(super) fn maps(positions: &[Position], room: Option<[DVec3; 2]>) -> Vec<Map> {
     let mut groups: Vec<(&str, Vec<Position>)> = Vec::new();
     for position in positions {
@@ -144,7 +144,7 @@ pub(super) fn maps(positions: &[Position], room: Option<[DVec3; 2]>) -> Vec<Map>
         |side: &RoomSide, all: &[Position]| room.map_or(f64::INFINITY, |room| side.farthest_m(all, room));
     let mut own: Vec<(String, Vec<Position>)> = Vec::new();
     for (name, all) in groups {
-        // A row high on a wall is near the ceiling, too: the nearest side is meant.
+        // A row high on a wall is also near the ceiling: the nearest side counts.
         let nearest = sides.iter_mut().min_by(|(a, ..), (b, ..)| far(a, &all).total_cmp(&far(b, &all)));
         match nearest.filter(|(side, ..)| far(side, &all) <= NEAR_M) {
             Some((_, names, found)) => {
@@ -181,12 +181,12 @@ pub(super) fn maps(positions: &[Position], room: Option<[DVec3; 2]>) -> Vec<Map>
     maps
 }
 
-/// The two axes along which positions spread the most.
+/// The two axes with the largest spread of positions.
 fn plane(all: &[Position]) -> [usize; 2] {
     let [low, high] =
         all.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[a, b], one| [a.min(one.at), b.max(one.at)]);
     let spread = high - low;
-    // The upper axes first, so that what is level everywhere is seen from above.
+    // The upper axes first, so that level positions are seen from above.
     let normal = [2, 1, 0]
         .into_iter()
         .fold(2, |least, axis| if spread[axis] < spread[least] - 1e-9 { axis } else { least });
@@ -214,7 +214,7 @@ impl MapPart {
     }
 }
 
-/// The steps of a lattice that places in millionths of a metre form, if they do and are near to each other.
+/// The steps of the lattice of some places in millionths of a metre, if they form a dense one.
 fn lattice(places: &[[i64; 2]]) -> Option<DVec2> {
     let axis = |n: usize| {
         let mut all: Vec<i64> = places.iter().map(|place| place[n]).collect();
@@ -271,7 +271,7 @@ mod tests {
         assert_eq!(map.ends, [DVec2::new(-6.0, -5.0), DVec2::new(6.0, 5.0)]);
         assert_eq!(map.parts[1].label.as_ref().unwrap().at, DVec2::new(-6.0, 0.0));
         assert_eq!(map.parts[0].label.as_ref().unwrap().at, DVec2::new(0.0, 2.0));
-        // What stands on the floor 1 m from the back wall, 0.5 m high, covers the lowest half metre of it.
+        // An object on the floor 1 m from the back wall, 0.5 m high, covers the lowest half metre of it.
         let table = [DVec3::new(-2.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 0.5)];
         let covered = [DVec2::new(-6.0, -1.0), DVec2::new(-5.5, 1.0)];
         assert_eq!(map.parts[1].face.shadow(table), covered);
@@ -290,7 +290,7 @@ mod tests {
             (Some([0, 1]), true, 6)
         );
         assert_eq!(map.parts[0].size, Some(DVec2::new(0.5, 0.25)));
-        // One wall alone is drawn as it is seen from before it, in its own axes.
+        // A single wall is drawn as seen from the front, in its own axes.
         let wall = [position_at(0, "wall", 0.0, 1.9, 1.0), position_at(1, "wall", 1.0, 1.9, 2.0)];
         assert_eq!(maps(&wall, Some(ROOM))[0].axes, Some([0, 2]));
         // On a link nothing is unfolded.

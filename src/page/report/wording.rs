@@ -1,4 +1,4 @@
-//! What scores are over, under which condition, and where the worst is, in words.
+//! The extent of scores, conditions, and worst places, in words.
 
 use perirobot_decide::approach::Company;
 use perirobot_decide::judge::{CasePart, JudgedSet, Judgement, Moment, Passage, Where};
@@ -6,7 +6,7 @@ use perirobot_march::metrics::Across;
 use perirobot_study::input::Condition;
 use perirobot_sweep::results::{Results, Subject};
 
-/// What the scores are over: `3 scenes, 10 repeats`.
+/// The extent of the scores: `3 scenes, 10 repeats`.
 pub(super) fn extent(results: &Results) -> String {
     let (scenes, moments) = (results.scenes.len(), results.moments().len());
     let mut text = count(scenes, "scene");
@@ -19,12 +19,12 @@ pub(super) fn extent(results: &Results) -> String {
     text
 }
 
-/// So many of something: `3 scenes`, `1 scene`.
+/// A number of items: `3 scenes`, `1 scene`.
 pub fn count(number: usize, what: &str) -> String {
     format!("{number} {what}{}", if number == 1 { "" } else { "s" })
 }
 
-/// Which of all moments a score is of.
+/// The aggregate of a score over moments.
 pub(super) fn describe_moments(over: Across) -> &'static str {
     match over {
         Across::Worst => "the worst of all moments",
@@ -44,7 +44,7 @@ pub fn words(condition: Condition) -> &'static str {
     }
 }
 
-/// Where a requirement is closest to being missed, as far as there are several places.
+/// The worst place of a requirement, if there are several places.
 pub(super) fn worst_case(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String {
     match judgement.all_equal {
         true => format!("; the same in all {} cases", judgement.cases),
@@ -52,7 +52,7 @@ pub(super) fn worst_case(subject: &Subject, set: &JudgedSet, judgement: &Judgeme
     }
 }
 
-/// Which case it is, and which part of it, as far as there are several.
+/// The case and its part, if there are several.
 pub(super) fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Condition, at: &Where) -> String {
     let case = &set.conditions.cases(condition)[at.case].alteration.words();
     let part = match at.part {
@@ -66,7 +66,7 @@ pub(super) fn whereabouts(subject: &Subject, set: &JudgedSet, condition: Conditi
     if parts.is_empty() { String::new() } else { format!("; worst {}", parts.join(", ")) }
 }
 
-/// `of standing from door, people as cover, in scene cell`, as far as there are several scenes.
+/// `of standing from door, people as cover, in scene cell`, if there are several scenes.
 fn way_in(subject: &Subject, passage: &Passage) -> String {
     let mut text = format!("of {} from {}", passage.body, passage.entry);
     if passage.company == Company::Cover {
@@ -81,7 +81,7 @@ fn way_in(subject: &Subject, passage: &Passage) -> String {
     text
 }
 
-/// `scene cell, snapshot 2, repeat 0`, as far as there are several.
+/// `scene cell, snapshot 2, repeat 0`, if there are several.
 fn title(subject: &Subject, moment: &Moment) -> String {
     let scene = &subject.scenes[moment.scene];
     let mut text = format!("scene {}", scene.name);

@@ -1,10 +1,10 @@
-//! The viewer that the report and the planner share: scripts that draw a cell in three dimensions with WebGL, the elements
-//! and vectors that they need, and their style. A page puts the texts into its own script and style, in this order.
+//! The viewer shared by the report and the planner: scripts that draw a cell in three dimensions with WebGL, their
+//! elements and vectors, and their style. A page includes the texts in its own script and style, in this order.
 
 pub mod runs;
 pub mod sensor;
 
-/// The scripts: elements of a page, vectors, voxels, rays, what the graphics card computes, pointers and keys, the stage.
+/// The scripts: elements of a page, vectors, voxels, rays, shaders, pointers and keys, the stage.
 pub const SCRIPTS: [&str; 7] = [
     include_str!("elements.js"),
     include_str!("vectors.js"),
@@ -18,7 +18,7 @@ pub const SCRIPTS: [&str; 7] = [
 /// The style of a stage.
 pub const STYLE: &str = include_str!("stage.css");
 
-/// The colours by day and by night, as variables of CSS.
+/// The light and dark colours as CSS variables.
 #[cfg(feature = "report")]
 pub fn colour_variables() -> String {
     crate::report::colours::variables()

@@ -1,7 +1,7 @@
-//! Voxels as runs of equal classes, which the scripts of the viewer undo.
+//! Run-length encoding of voxel classes, which the scripts of the viewer decode.
 
-/// Adds classes, as runs of equal ones, to some bytes: LEB128 numbers, each the length of a run times how
-/// many kinds of classes there are, plus its class.
+/// Appends classes as runs to some bytes: LEB128 numbers, each the length of a run times the number of classes, plus
+/// its class.
 pub fn put_runs(classes: impl Iterator<Item = usize>, kinds: usize, bytes: &mut Vec<u8>) {
     let mut run: Option<(usize, u64)> = None;
     let mut put = |(class, length): (usize, u64)| {

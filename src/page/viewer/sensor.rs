@@ -1,4 +1,4 @@
-//! What the scripts of the viewer know of a sensor: where it is, where its rays look, and the ground that it watches.
+//! The data of a sensor for the viewer: its pose, its rays, and the ground that it watches.
 
 use glam::{DMat3, DQuat, DVec3};
 use serde::Serialize;
@@ -8,26 +8,26 @@ use perirobot_study::input::Study;
 use perirobot_study::sensor::prism::Prism;
 use perirobot_study::sensor::{Sensor, Setting};
 
-/// Rays that are drawn of a sensor that is no camera.
+/// Drawn rays of a sensor other than a camera.
 const RAYS_SHOWN: usize = 48;
 
-/// A frame in the world, or in the frame that carries it.
+/// A frame in the world, or in its parent.
 #[derive(Clone, Debug, Serialize)]
 pub struct FrameData {
-    /// Where its origin is, in metres.
+    /// Its origin in metres.
     pub at_m: [f64; 3],
-    /// How it is turned: a quaternion x, y, z, w.
+    /// Its rotation: a quaternion x, y, z, w.
     pub turn: [f64; 4],
 }
 
 impl FrameData {
-    /// Of a pose.
+    /// The frame of a pose.
     pub fn new(pose: &Pose) -> FrameData {
         let DQuat { x, y, z, w } = pose.rotation;
         FrameData { at_m: pose.position_m.to_array(), turn: [x, y, z, w] }
     }
 
-    /// Of the link that carries a sensor, from where its first candidate is on it and in the world.
+    /// The frame of the link that carries a sensor, from the poses of its first candidate on it and in the world.
     pub fn of_carrier(sensor: &Sensor, in_world: &[Setting]) -> FrameData {
         let (world, own) = (in_world[0].pose(), sensor.candidates[0].setting.pose());
         let rotation = (world.rotation * own.rotation.inverse()).normalize();
@@ -38,16 +38,16 @@ impl FrameData {
 /// Some rays of a sensor, in its link frame (x forward, y left, z up).
 #[derive(Clone, Debug, Serialize)]
 pub struct RaysData {
-    /// The corners of a camera's picture, in order around it; else some of all rays.
+    /// The corners of a camera's image, in order around it; else a sample of all rays.
     pub directions: Vec<[f64; 3]>,
-    /// How far each of them measures.
+    /// Their ranges.
     pub reach_m: Vec<f64>,
-    /// Whether they are the corners of a picture.
+    /// Whether they are the corners of an image.
     pub is_picture: bool,
 }
 
 impl RaysData {
-    /// Of a sensor; `None` if it casts no rays.
+    /// The rays of a sensor; `None` if it casts none.
     pub fn new(study: &Study, sensor: &Sensor) -> Option<RaysData> {
         let scale = study.ray_scale();
         let rays = sensor.kind.rays(&scale)?;

@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 /// Bytes of a checksum.
 pub const CHECK_BYTES: usize = 8;
 
-/// The first bytes of a SHA-256: chance passes one in 2⁶⁴.
+/// The first bytes of a SHA-256: a random error passes with probability 2⁻⁶⁴.
 pub fn checksum(parts: [&[u8]; 2]) -> [u8; CHECK_BYTES] {
     let mut hash = Sha256::new();
     parts.iter().for_each(|part| hash.update(part));

@@ -1,4 +1,4 @@
-//! The table of a study's poses as CSV, made for pandas, and how other tables name what they are about.
+//! The table of a study's poses as CSV for pandas, and the names of poses in other tables.
 
 use rayon::prelude::*;
 
@@ -15,22 +15,22 @@ pub const COUNT_COLUMNS: [&str; COUNTERS] = [
     "uo_robot",
 ];
 
-/// The columns of who is detected, in the order of [`perirobot_march::metrics::Detection::counts`].
+/// The columns of detections, in the order of [`perirobot_march::metrics::Detection::counts`].
 pub const DETECTION_COLUMNS: [&str; DETECTION_COUNTERS] =
     ["hit_human", "people", "people_detected", "parts", "parts_detected"];
 
-/// The columns of what at least two sensors see, in the order of [`perirobot_march::metrics::Overlap::counts`].
+/// The columns of the overlap of sensors, in the order of [`perirobot_march::metrics::Overlap::counts`].
 pub const OVERLAP_COLUMNS: [&str; OVERLAP_COUNTERS] = ["twice", "hit_human_twice"];
 
-/// The column of the names of the body parts that are missed.
+/// The column with the names of missed body parts.
 pub const MISSED_COLUMN: &str = "parts_missed";
 
-/// What stands between the members of a combination in the columns `poses` and `representation`.
+/// The separator of a combination's members in the columns `poses` and `representation`.
 pub const BETWEEN_MEMBERS: &str = ";";
 
-/// `poses.csv`: every candidate. Position in metres and rotation of the link frame (x forward, y left, z up)
-/// are in the world, or, where `on` names a robot and its link, in that link's frame; both are empty for what
-/// has no pose. `place` says for people where that is in a world of the study.
+/// `poses.csv`: every candidate. Position in metres and rotation of the link frame (x forward, y left, z up) are in the
+/// world, or, if `on` names a robot and its link, in that link's frame; both are empty without a pose. `place` is the
+/// position in words, in a world of the study.
 pub fn poses_csv(study: &Study, world: &World) -> Vec<u8> {
     let places = Places::new(study, world);
     let mut csv = Csv::new(&[
@@ -83,7 +83,7 @@ pub fn pose_names(study: &Study, combination: &Combination, choice: usize) -> St
     names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)
 }
 
-/// The representations of each choice of them: `points;volume`.
+/// The representations of each choice: `points;volume`.
 pub fn representation_names(study: &Study, combination: &Combination) -> Vec<String> {
     let named = |way: Vec<usize>| {
         let members = combination.members.iter().zip(way);
@@ -93,7 +93,7 @@ pub fn representation_names(study: &Study, combination: &Combination) -> Vec<Str
     combination.representations(&study.sensors).into_iter().map(named).collect()
 }
 
-/// Rows in memory, where writing cannot fail.
+/// CSV rows in memory, where writing cannot fail.
 pub struct Csv(csv::Writer<Vec<u8>>);
 
 impl Csv {

@@ -108,7 +108,7 @@ pub fn results_in(
     Results::new(subject, Pages::new(vec![journal]))
 }
 
-/// The results of [`example`] on a disk that fails.
+/// The results of [`example`] on a failing disk.
 #[cfg(target_os = "linux")]
 pub fn unreadable() -> Results {
     let mut results = example();

@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all: written beside their place under another name, then renamed.
+//! Atomic files: written under another name next to their path, then renamed.
 
 mod part;
 
@@ -15,20 +15,20 @@ use perirobot_scene::source::Sources;
 /// The counts of a sweep, in its folder.
 pub const JOURNAL: &str = "counts.journal";
 
-/// What was swept, in its folder.
+/// The manifest of a sweep, in its folder.
 pub const MANIFEST: &str = "manifest.json";
 
-/// The file with the evidence that a device counted wrongly.
+/// The file with the evidence of a device's wrong counts.
 pub const DISAGREEMENT: &str = "disagreement.json";
 
-/// The journal with the rows that it counted, set aside.
+/// The journal with the rows of that device, set aside.
 pub const DISAGREED: &str = "disagreement.journal";
 
 pub use part::abandon;
 use part::{PartialFile, tidy};
 
-/// A file being written, which takes its place when all of it is there: readers see the old bytes or the new
-/// ones, never a part. Dropped before [`WholeFile::commit`], it leaves nothing behind.
+/// A file that replaces its path when complete: readers see the old bytes or the new ones, never a part. If it is
+/// dropped before [`WholeFile::commit`], no file is left.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
@@ -36,7 +36,7 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Begins the part beside the file's place. It is not buffered: write large pieces.
+    /// Creates the temporary file. It is not buffered: write large pieces.
     pub fn create(path: &Path) -> Result<Self> {
         let part = match path.is_dir() {
             true => Err(ErrorKind::IsADirectory.into()),
@@ -46,14 +46,14 @@ impl WholeFile {
         Ok(WholeFile { path: path.into(), part })
     }
 
-    /// The same on a full disk: what is written goes to a device that is always full.
+    /// The same on a full disk: writes go to a device that is always full.
     #[cfg(all(test, target_os = "linux"))]
     pub(crate) fn on_full_disk(mut self) -> Self {
         self.part.file = fs::File::options().write(true).open("/dev/full").unwrap();
         self
     }
 
-    /// Brings what was written to the disk and puts it in its place.
+    /// Syncs the file to disk and renames it to its path.
     pub fn commit(self) -> Result<()> {
         let synced = self.part.file.sync_all();
         let renamed = synced.and_then(|()| fs::rename(&self.part.path, &self.path));
@@ -73,7 +73,7 @@ impl Write for WholeFile {
     }
 }
 
-/// Waits until the disk has the name of a new file, too.
+/// Syncs the name of a new file to disk.
 pub fn sync_folder_of(path: &Path) -> std::io::Result<()> {
     match cfg!(unix) {
         true => fs::File::open(folder_of(path))?.sync_all(),
@@ -85,7 +85,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The error of a file that could not be written whole: the user's if the place is wrong, else the disk's.
+/// The error of a failed write: an input error if the path is wrong, else a disk error.
 pub fn cannot_write(path: &Path, source: std::io::Error) -> Error {
     match Error::may_pass(&source) {
         false => Error::io(path, "cannot be written", source),
@@ -93,10 +93,10 @@ pub fn cannot_write(path: &Path, source: std::io::Error) -> Error {
     }
 }
 
-/// Removes those of some paths that are files.
+/// Removes the files among some paths.
 ///
 /// # Errors
-/// When one cannot be removed.
+/// If one cannot be removed.
 pub fn remove_files(paths: impl IntoIterator<Item = PathBuf>) -> Result<()> {
     let is_file = |path: &PathBuf| path.symlink_metadata().is_ok_and(|found| found.is_file());
     for path in paths.into_iter().filter(is_file) {
@@ -105,17 +105,17 @@ pub fn remove_files(paths: impl IntoIterator<Item = PathBuf>) -> Result<()> {
     Ok(())
 }
 
-/// Writes a file whole from memory.
+/// Writes a file atomically from memory.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = WholeFile::create(path)?;
     file.write_all(bytes).map_err(|e| cannot_write(path, e))?;
     file.commit()
 }
 
-/// Most bytes of a manifest or a table of poses; no sweep writes so many.
+/// Most bytes of a manifest or a table of poses; real ones are smaller.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Opens a file of a sweep's folder to be read. Only a regular one: a pipe would wait for its writer.
+/// Opens a file of a sweep's folder for reading. Only a regular one: a pipe would wait for its writer.
 pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
     let unreadable = |e| Error::io(path, "cannot be read", e);
     let metadata = fs::metadata(path).map_err(unreadable)?;
@@ -129,7 +129,7 @@ pub(crate) fn open_regular(path: &Path, most_bytes: u64) -> Result<fs::File> {
     fs::File::open(path).map_err(unreadable)
 }
 
-/// What is wrong with a file of ours that is not JSON as it was written.
+/// The issue of a damaged JSON file of the program.
 pub fn json_issue(e: &serde_json::Error) -> Issue {
     match e.classify() {
         Category::Eof => Issue::damaged("is cut off"),
@@ -145,25 +145,25 @@ pub fn read_regular(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Which requirements are met, in the folder of a sweep that was judged.
+/// Verdicts on requirements, in the folder of a judged sweep.
 pub const REQUIREMENTS: &str = "requirements.csv";
 
-/// The same as typed JSON, with the scores under each condition, in the folder of a sweep that was judged.
+/// The same as typed JSON, with the scores under each condition, in the folder of a judged sweep.
 pub const JUDGE_JSON: &str = "judge.json";
 
-/// How good scores are under which conditions, in the folder of a sweep that was judged.
+/// Scores under each condition, in the folder of a judged sweep.
 pub const CONDITIONS: &str = "conditions.csv";
 
-/// Mounts as they were drawn, in the folder of a sweep that was judged.
+/// Drawn mounts, in the folder of a judged sweep.
 pub const DRAWS: &str = "draws.csv";
 
-/// What a controller would measure of sets of sensors, in the folder of a sweep that was judged.
+/// A controller's measurements with sets of sensors, in the folder of a judged sweep.
 pub const SEPARATION: &str = "separation.csv";
 
-/// Whether requirements are met at each speed of the robot, in the folder of a sweep that was judged.
+/// Verdicts at each speed of the robot, in the folder of a judged sweep.
 pub const SPEEDS: &str = "speeds.csv";
 
-/// The tables that are written when a sweep is done, and afterwards.
+/// The tables that are written at the end of a sweep, and later.
 pub const TABLES: [&str; 12] = [
     "results.csv",
     "results.parquet",
@@ -179,20 +179,19 @@ pub const TABLES: [&str; 12] = [
     JUDGE_JSON,
 ];
 
-/// The files that are there from its beginning.
+/// The files that exist from its start.
 pub const BEGUN: [&str; 3] = [JOURNAL, MANIFEST, "poses.csv"];
 
-/// An output folder that is known to take files. Folders that this run made go again if nothing was put into
-/// them.
+/// A writable output folder. Folders created by this run are removed again if they stay empty.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    /// Folders that were not there before, innermost first.
+    /// Created folders, innermost first.
     made: Vec<PathBuf>,
 }
 
 impl OutputFolder {
-    /// Makes the folder where needed and proves that the files of a sweep can be written in it.
+    /// Creates the folder if needed and checks that the files of a sweep can be written in it.
     pub fn open(path: &Path) -> Result<Self> {
         if path.as_os_str().is_empty() {
             let empty = Words::from(Argument("out")) + " is empty";
@@ -212,18 +211,18 @@ impl OutputFolder {
         Ok(folder)
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Removes what runs that were killed have left half-written.
+    /// Removes temporary files of killed runs.
     pub(crate) fn tidy(&self) {
         tidy(&self.path, |name| BEGUN.contains(&name) || TABLES.contains(&name));
     }
 
-    /// Removes the tables of an earlier sweep, unless it is the same sweep, since they would stand beside a
-    /// manifest to which they do not belong. Removes the evidence of a device that counted wrongly, too.
+    /// Removes the tables of an earlier sweep, unless it is the same sweep, since they would not belong to the
+    /// manifest. Also removes the evidence of a device's wrong counts.
     pub(crate) fn clear(&self, is_same: bool) {
         let tables = TABLES.iter().filter(|_| !is_same);
         for name in tables.chain([&DISAGREEMENT, &DISAGREED]) {
@@ -231,21 +230,20 @@ impl OutputFolder {
         }
     }
 
-    /// The first table that is there.
+    /// The first existing table.
     pub(crate) fn table(&self) -> Option<&'static str> {
         TABLES.into_iter().find(|name| self.path.join(name).exists())
     }
 
-    /// Fails if a file of the sweep, or one of some more, would take the place of one that the study reads.
+    /// Fails if a file of the sweep, or one of `more`, would overwrite a file of the study.
     pub fn spare(&self, sources: &Sources, more: &[&str]) -> Result<()> {
         let mut places = BEGUN.iter().chain(&TABLES).chain(more).map(|name| self.path.join(name));
         let Some(place) = places.find(|place| sources.has_read(place)) else { return Ok(()) };
-        let what =
-            Words::from("is a file that the study reads, and ") + Argument("out") + " would write over it";
+        let what = Words::from("is a file of the study, but ") + Argument("out") + " would overwrite it";
         Err(Error::input(place, what).with_advice("name another folder"))
     }
 
-    /// Writes a file of the folder whole.
+    /// Writes a file of the folder atomically.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         write_whole(&self.path.join(name), bytes)
     }
@@ -254,13 +252,13 @@ impl OutputFolder {
 impl Drop for OutputFolder {
     fn drop(&mut self) {
         for folder in &self.made {
-            // Fails unless the folder is empty, as it should.
+            // Fails unless the folder is empty, as intended.
             let _ = fs::remove_dir(folder);
         }
     }
 }
 
-/// The folders of shards below the folder of a sweep, in order of their numbers.
+/// The shard folders below the folder of a sweep, in order of their numbers.
 pub fn shards_below(out: &Path) -> Result<Vec<PathBuf>> {
     let number = |path: &Path| {
         let name = path.file_name()?.to_str()?.strip_prefix("shard-")?;
@@ -273,7 +271,7 @@ pub fn shards_below(out: &Path) -> Result<Vec<PathBuf>> {
     found.sort();
     if found.is_empty() {
         let cure = Words::from("name the sweep's ") + Argument("out") + ", or each shard's folder";
-        return Err(Error::input(out, "has no folders of shards (shard-0-of-4)").with_advice(cure));
+        return Err(Error::input(out, "has no shard folders (shard-0-of-4)").with_advice(cure));
     }
     Ok(found.into_iter().map(|(_, path)| path).collect())
 }
@@ -318,7 +316,7 @@ mod tests {
     #[test]
     fn a_failed_write_leaves_nothing_and_names_the_file() {
         let folder = tempfile::tempdir().unwrap();
-        // A folder in the file's place: the part is written, the renaming fails.
+        // A folder has the file's path: the temporary file is written, but the renaming fails.
         let path = folder.path().join("table.csv");
         fs::create_dir(&path).unwrap();
         fs::write(path.join("kept"), b"").unwrap();
@@ -375,7 +373,7 @@ mod tests {
         let outer = tempfile::tempdir().unwrap();
         drop(OutputFolder::open(&outer.path().join("a/b/c")).unwrap());
         assert_eq!(names(outer.path()), [""; 0]);
-        // One that was there stays, and so does one that holds a result.
+        // An existing folder stays, and so does one with a result.
         drop(OutputFolder::open(outer.path()).unwrap());
         let folder = OutputFolder::open(&outer.path().join("a/b")).unwrap();
         folder.write("poses.csv", b"pose").unwrap();
@@ -390,7 +388,7 @@ mod tests {
         fs::write(&file, b"").unwrap();
         let occupied = outer.path().join("occupied");
         fs::create_dir_all(occupied.join("results.csv")).unwrap();
-        // Longer than any file system takes, below a folder that would have to be made.
+        // Longer than any file system allows, below a folder that would have to be created.
         let long = outer.path().join("new").join("x".repeat(5000));
         for path in [Path::new(""), &file, &file.join("below"), &occupied, &long] {
             let error = OutputFolder::open(path).unwrap_err().to_string();

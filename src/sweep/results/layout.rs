@@ -1,45 +1,45 @@
-//! How the rows of results are numbered: by moment, repeat, combination, choice of poses, representation and
-//! region, in study order. The journal, the shards and the tables use it.
+//! The numbering of result rows: by moment, repeat, combination, choice of poses, representation and region, in study
+//! order. The journal, the shards and the tables use it.
 
 use std::ops::Range;
 
 use super::journal::Shard;
 use perirobot_study::input::{Combination, Study};
 
-/// Which counts of a moment and repeat: one choice of poses in one representation and region. Indices are
-/// those of the study.
+/// A row within a moment and repeat: one choice of poses in one representation and region. Indices are those of the
+/// study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RowKey {
     /// Index of the combination.
     pub combination: usize,
-    /// Number of the choice of poses ([`perirobot_study::input::Combination::choice`]).
+    /// Index of the choice of poses ([`perirobot_study::input::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`perirobot_study::input::Combination::representations`]).
+    /// Index of the choice of representations ([`perirobot_study::input::Combination::representations`]).
     pub representation: usize,
     /// Index of the region.
     pub region: usize,
 }
 
-/// A choice of poses to be scored.
+/// A choice of poses to score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PoseChoice {
     /// Index of the combination.
     pub combination: usize,
-    /// Number of the choice of poses.
+    /// Index of the choice of poses.
     pub choice: usize,
 }
 
-/// How many choices of poses a combination has, and how many representations of each.
+/// The numbers of choices of a combination: poses and representations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CombinationSize {
-    /// Choices of poses.
+    /// The number of choices of poses.
     pub choices: usize,
-    /// Choices of a representation for each of its sensors.
+    /// The number of choices of representations.
     pub representations: usize,
 }
 
-/// The numbers of all rows. A block is one repeat of one moment (a snapshot of a scene, counted through all
-/// scenes); every block has the same rows.
+/// The numbering of all rows. A block is one repeat of one moment (a snapshot of a scene, counted through all scenes);
+/// every block has the same rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RowLayout {
     moments: usize,
@@ -49,7 +49,7 @@ pub struct RowLayout {
 }
 
 impl RowLayout {
-    /// For so many of everything; `sizes` are those of the combinations.
+    /// The layout for these numbers; `sizes` are those of the combinations.
     pub(crate) fn new(
         moments: usize,
         repeats: usize,
@@ -59,7 +59,7 @@ impl RowLayout {
         RowLayout { moments, repeats, sizes, regions }
     }
 
-    /// How many blocks there are.
+    /// The number of blocks.
     pub fn blocks(&self) -> usize {
         self.moments * self.repeats
     }
@@ -69,30 +69,30 @@ impl RowLayout {
         moment * self.repeats + repeat
     }
 
-    /// How many rows each block has.
+    /// The number of rows in each block.
     pub(crate) fn block_rows(&self) -> u64 {
         self.sizes.iter().map(|size| self.rows_of(size)).sum()
     }
 
-    /// How many rows there are in all.
+    /// The number of all rows.
     pub fn rows(&self) -> u64 {
         self.blocks() as u64 * self.block_rows()
     }
 
-    /// How many choices are scored in each block.
+    /// The number of scored choices in each block.
     pub fn pose_choices(&self) -> usize {
         self.sizes.iter().map(|size| size.choices).sum()
     }
 
     /// All choices, in study order.
     pub fn all_choices(&self) -> impl Iterator<Item = PoseChoice> + '_ {
-        let of = |(combination, size): (usize, &CombinationSize)| {
+        let pose_choices = |(combination, size): (usize, &CombinationSize)| {
             (0..size.choices).map(move |choice| PoseChoice { combination, choice })
         };
-        self.sizes.iter().enumerate().flat_map(of)
+        self.sizes.iter().enumerate().flat_map(pose_choices)
     }
 
-    /// The place of a choice among all of a block.
+    /// The place of a choice among all in a block.
     pub(crate) fn place(&self, pose_choice: &PoseChoice) -> usize {
         self.sizes[..pose_choice.combination].iter().map(|size| size.choices).sum::<usize>()
             + pose_choice.choice
@@ -106,7 +106,7 @@ impl RowLayout {
         first..first + each
     }
 
-    /// The rows of some choices that follow each other, within a block.
+    /// The rows of consecutive choices, within a block.
     pub(crate) fn rows_of_choices(&self, places: &Range<usize>) -> Range<u64> {
         self.first_row(places.start)..self.first_row(places.end)
     }
@@ -122,7 +122,7 @@ impl RowLayout {
         size.choices as u64 * (size.representations * self.regions) as u64
     }
 
-    /// The first row, within a block, of the choice at a place, or of what follows all choices.
+    /// The first row, within a block, of the choice at a place, or the end of all choices.
     fn first_row(&self, mut place: usize) -> u64 {
         let mut rows = 0;
         for size in &self.sizes {
@@ -134,7 +134,7 @@ impl RowLayout {
     }
 }
 
-/// How the rows of a study are numbered.
+/// The numbering of a study's rows.
 pub fn layout_of(study: &Study) -> RowLayout {
     let size = |c: &Combination| CombinationSize {
         choices: c.choices(),
@@ -145,13 +145,13 @@ pub fn layout_of(study: &Study) -> RowLayout {
     RowLayout::new(moments, study.repeats as usize, sizes, study.regions.len())
 }
 
-/// How many choices are scored in all, each snapshot of a scene and each repeat for itself.
+/// The number of scored choices, in each snapshot and repeat.
 pub fn jobs(study: &Study) -> u64 {
     let layout = layout_of(study);
     layout.blocks() as u64 * layout.pose_choices() as u64
 }
 
-/// The choices of a shard, by their places among all. Every choice is in one shard.
+/// The choices of a shard, by their places among all. Every choice is in exactly one shard.
 pub fn places_of(layout: &RowLayout, shard: Shard) -> Range<usize> {
     let at =
         |number: u32| (layout.pose_choices() as u128 * u128::from(number) / u128::from(shard.of)) as usize;

@@ -1,6 +1,5 @@
-//! `manifest.json`: what is swept, from which inputs, and what each run of it did. The hash of all that
-//! decides the counts or the names beside them is the sweep's fingerprint, by which two machines prove that
-//! they worked on the same.
+//! `manifest.json`: the sweep, its inputs, and its runs. The hash of everything that affects the counts or the names
+//! next to them is the sweep's fingerprint, by which two machines prove that they worked on the same sweep.
 
 mod changes;
 mod identity;
@@ -23,46 +22,45 @@ use perirobot_scene::source::hex;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// How a run ended that never wrote its end.
+/// The end of a run that never wrote one.
 pub const KILLED: &str = "killed";
 
 /// A manifest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manifest {
-    /// All that decides the counts.
+    /// Everything that affects the counts.
     pub identity: Identity,
-    /// The same as it stands in the file, whichever version of the program wrote it: this is hashed and
-    /// compared.
+    /// The same as in the file, independent of the program's version: it is hashed and compared.
     as_written: Map<String, Value>,
-    /// Where it came from and what was done; this does not affect counts.
+    /// Sources and runs, which do not affect counts.
     pub provenance: Provenance,
 }
 
 /// Values that do not affect counts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// Who made it, and from what.
+    /// The program and its inputs.
     pub about: About,
     /// The fingerprint as written in the file; [`Manifest::fingerprint`] computes it.
     pub fingerprint: String,
-    /// What each run did, the latest last.
+    /// The runs, latest last.
     pub runs: Vec<Run>,
-    /// Which part of the sweep its folder holds.
+    /// The part of the sweep in this folder.
     pub shard: Shard,
 }
 
-/// Who made a manifest, and from what.
+/// The program and inputs of a manifest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// The version of the program.
     pub perirobot: String,
-    /// The command that makes it, word by word.
+    /// The command of the sweep, word by word.
     pub command: Vec<String>,
     /// The study.
     pub study: StudyFileIdentity,
     /// Paths of its scenes.
     pub scene_files: Vec<String>,
-    /// What was warned of.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
@@ -71,44 +69,44 @@ pub struct About {
 pub struct StudyFileIdentity {
     /// Its path.
     pub file: String,
-    /// All that stands in it.
+    /// Its text.
     pub text: String,
 }
 
-/// What one run of the program did for a sweep; some values are unknown until it ends.
+/// One run of the program on a sweep; some values are unknown until it ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// Which part of the sweep it worked on.
+    /// Its part of the sweep.
     pub shard: Shard,
     /// `cpu`, `gpu` or `oracle`.
     pub backend: String,
     /// Adapter or processor.
     pub device: String,
-    /// When it began, in seconds since 1970.
+    /// Its start, in seconds since 1970.
     pub began_unix_s: u64,
-    /// Seconds that it read and voxelized scenes.
+    /// Seconds of reading and voxelizing scenes.
     pub prepare_s: f64,
-    /// Seconds that it cast and counted.
+    /// Seconds of casting and counting.
     pub sweep_s: Option<f64>,
-    /// How many poses it scored, each in every scene, snapshot and repeat for itself.
+    /// The number of scored poses, in each scene, snapshot and repeat.
     pub poses: Option<u64>,
-    /// The same in a second.
+    /// The same per second.
     pub poses_per_s: Option<f64>,
-    /// How many of them were counted again on the CPU and found equal.
+    /// The number of them that the CPU counted again with equal results.
     pub verified: Option<u64>,
-    /// What failed, and which backend did the work instead.
+    /// Failures, and the backends that replaced the failed ones.
     pub faults: Option<Vec<Fault>>,
-    /// `finished`, or why it was not; [`KILLED`] from its beginning until it ends.
+    /// `finished`, or why not; [`KILLED`] from its start until it ends.
     pub ended: String,
 }
 
 impl Manifest {
-    /// The manifest of a sweep that has not run. `command` is the command that makes it, word by word.
+    /// The manifest of a sweep that has not run. `command` is the command of the sweep, word by word.
     pub fn new(study: &Study, worlds: &[World], shard: Shard, command: &[String]) -> Manifest {
         Manifest::with_poses(study, worlds, &columns::poses_csv(study, &worlds[0]), shard, command)
     }
 
-    /// The same where the table of poses is known.
+    /// The same with a known table of poses.
     pub(crate) fn with_poses(
         study: &Study,
         worlds: &[World],
@@ -136,16 +134,15 @@ impl Manifest {
     /// Reads the manifest of a folder.
     ///
     /// # Errors
-    /// `Error::Input` that names the file and what is missing in it or wrong; `Error::Storage` if the disk
-    /// fails.
+    /// `Error::Input` that names the file and the missing or wrong value; `Error::Storage` if the disk fails.
     pub fn read(folder: &Path) -> Result<Manifest> {
         let path = folder.join(MANIFEST);
         if folder.is_dir() && !path.exists() {
             let cure = match shards_below(folder) {
-                Ok(_) => "these are shards, put them together by `perirobot merge`",
-                Err(_) => "name a folder that `perirobot sweep` or `perirobot choose` has written",
+                Ok(_) => "these are shards: merge them with `perirobot merge`",
+                Err(_) => "name a folder written by `perirobot sweep` or `perirobot choose`",
             };
-            return Err(Error::input(path, "cannot be read, it is not there").with_advice(cure));
+            return Err(Error::input(path, "does not exist").with_advice(cure));
         }
         let bytes = read_regular(&path)?;
         Manifest::parse(&bytes)
@@ -161,7 +158,7 @@ impl Manifest {
         Ok(Manifest { identity, as_written, provenance })
     }
 
-    /// As it stands in the file.
+    /// The manifest as bytes.
     pub fn bytes(&self) -> Vec<u8> {
         let mut whole = self.as_written.clone();
         whole.extend(object(&self.provenance));
@@ -170,42 +167,41 @@ impl Manifest {
         bytes
     }
 
-    /// The hash of all that decides the counts, computed from the values, not copied from the file.
+    /// The hash of everything that affects the counts, computed from the values, not copied from the file.
     pub fn fingerprint(&self) -> [u8; 32] {
         hash(&self.as_written)
     }
 
-    /// All that decides the counts, key by key.
+    /// Everything that affects the counts, key by key.
     pub fn deciding(&self) -> &Map<String, Value> {
         &self.as_written
     }
 
-    /// Records what the last run did.
+    /// Records the end of the last run.
     pub(crate) fn end_run(&mut self, run: Run) {
         self.provenance.runs.pop();
         self.provenance.runs.push(run);
     }
 
-    /// Records that what such runs counted was checked by a later run.
+    /// Records that a later run checked the counts of unchecked runs.
     pub(crate) fn runs_are_checked(&mut self) {
         for run in self.provenance.runs.iter_mut().filter(|run| run.ended == KILLED) {
             run.ended = format!("{KILLED}; what it counted was checked later");
         }
     }
 
-    /// Whether a run on a GPU was killed before what it counted was checked.
+    /// Whether a run on a GPU was killed before its counts were checked.
     pub(crate) fn has_unchecked_run(&self) -> bool {
         self.provenance.runs.iter().any(|run| run.backend == "gpu" && run.ended == KILLED)
     }
 
-    /// In words, what another manifest has that decides the counts and is not the same here; effects only
-    /// where there is no cause.
+    /// The differences of another manifest that affect the counts, in words; effects only if there is no cause.
     pub fn changes(&self, now: &Manifest) -> Vec<String> {
         changes(&self.as_written, &now.as_written)
     }
 }
 
-/// A structure as the object that stands for it in JSON, its keys in order.
+/// A structure as a JSON object with sorted keys.
 fn object(of: &impl Serialize) -> Map<String, Value> {
     match serde_json::to_value(of) {
         Ok(Value::Object(map)) => map,
@@ -223,7 +219,7 @@ mod tests {
 
     use super::*;
 
-    /// A manifest of an older program: some keys are missing, one is not known any more.
+    /// A manifest of an older program: some keys are missing, one is no longer known.
     fn old() -> Value {
         let run = json!({
             "shard": { "number": 0, "of": 1 }, "backend": "gpu", "device": "a", "began_unix_s": 1, "prepare_s": 0.1,
@@ -267,7 +263,7 @@ mod tests {
         ] {
             assert_eq!((beside.fingerprint(), was.changes(&beside)), (was.fingerprint(), vec![]));
         }
-        // Keys that are not known here were hashed by the version that wrote them.
+        // Unknown keys were hashed by the version that wrote them.
         for (key, told) in
             [("seed", "seed was 7, is 8"), ("gone", "gone was [0.1,{\"since\":\"long\"}], is 8")]
         {

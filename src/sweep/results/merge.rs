@@ -1,5 +1,5 @@
-//! Shards put together: proof that they are of one sweep, complete and disjoint, and the folder that a single
-//! run would have left.
+//! Merges shards: proves that they belong to one sweep and are complete and disjoint, and writes the folder of a single
+//! run.
 
 use std::path::{Path, PathBuf};
 
@@ -13,12 +13,12 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::shell;
 
 /// Most missing shards that are named.
-const MOST_TOLD: usize = 10;
+const MOST_REPORTED: usize = 10;
 
-/// Rows that are copied at once.
+/// Rows per copy.
 const ROWS: u64 = 1 << 14;
 
-/// What is known of a shard while its folder is closed: there may be more of them than files can be open.
+/// The facts about a shard while its folder is closed: there may be more shards than open files.
 struct ShardPart {
     path: PathBuf,
     shard: Shard,
@@ -27,12 +27,12 @@ struct ShardPart {
     manifest: Manifest,
 }
 
-/// Puts the shards in some folders together into one, and gives their results. The caller writes the tables.
-/// Nothing is written before all is proven.
+/// Merges the shards in some folders into one, and returns their results. The caller writes the tables. Nothing is
+/// written before everything is proven.
 ///
 /// # Errors
-/// `Error::Input` that names the folder if a shard is missing, not complete, there twice or of another sweep,
-/// or if `out` holds something else; `Error::Busy` if a run is at work in one of them.
+/// `Error::Input` that names the folder if a shard is missing, incomplete, duplicate or of another sweep, or if `out`
+/// contains something else; `Error::Busy` if a run uses one of them.
 pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     let Some(first) = folders.first() else {
         return Err(Issue::says("no shards").with_advice("name the folder of each").into());
@@ -47,7 +47,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     let mut parts = vec![part(first, manifest.clone(), &journal)?];
     drop(journal);
     for path in &folders[1..] {
-        let (manifest, journal) = alike(path, first, (&manifest, &subject), &header)?;
+        let (manifest, journal) = read_shard(path, first, (&manifest, &subject), &header)?;
         parts.push(part(path, manifest, &journal)?);
     }
     sort_parts(&mut parts)?;
@@ -56,16 +56,16 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     let folder = OutputFolder::open(out)?;
     let locked = Locked::open(out)?;
     let whole = JournalHeader { shard: Shard::WHOLE, kept: 0..header.block_rows, ..header };
-    let elsewhere = "name another folder for the whole";
+    let elsewhere = "name another output folder";
     match &locked.header {
         Ok(None) => {}
         Ok(Some(found)) if found.fingerprint != whole.fingerprint => {
-            let what = format!("holds a sweep of something else: {elsewhere}");
+            let what = format!("contains another sweep: {elsewhere}");
             return Err(Error::input(out, what));
         }
         Ok(Some(found)) if found.shard != Shard::WHOLE => {
             let Shard { number, of } = found.shard;
-            let what = format!("holds shard {number} of {of}: {elsewhere}");
+            let what = format!("contains shard {number} of {of}: {elsewhere}");
             return Err(Error::input(out, what));
         }
         Ok(Some(_)) => {}
@@ -73,7 +73,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
     }
     let here = |path: &PathBuf| path.canonicalize().ok() == out.canonicalize().ok();
     if folders.iter().any(here) {
-        let what = format!("is both a shard and the place for the whole: {elsewhere}");
+        let what = format!("is both a shard and the output folder: {elsewhere}");
         return Err(Error::input(out, what));
     }
     folder.tidy();
@@ -98,7 +98,7 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Results> {
 }
 
 /// The manifest and the journal of a folder, if it is a shard of the same sweep as the first one.
-fn alike(
+fn read_shard(
     path: &Path,
     first: &Path,
     (reference, subject): (&Manifest, &Subject),
@@ -109,22 +109,24 @@ fn alike(
     let wrong = |what: String| Err(Error::input(path, what));
     if other.fingerprint != header.fingerprint {
         let changes = match reference.changes(&manifest) {
-            changes if changes.is_empty() => "in what is not known".into(),
+            changes if changes.is_empty() => "unknown differences".into(),
             changes => changes.join("; "),
         };
         return wrong(format!(
-            "is of another sweep than {first}: {changes}. Shards of one sweep only can be merged"
+            "belongs to another sweep than {first}: {changes}. Only shards of one sweep can be merged"
         ));
     }
     if other.shard.of != header.shard.of {
         let [a, b] = [other, header].map(|header| header.shard.of);
-        return wrong(format!("is one of {a} shards, {first} one of {b}: name those of one cut only"));
+        return wrong(format!(
+            "is one of {a} shards, but {first} is one of {b}: name shards of the same number"
+        ));
     }
     fits(subject, &manifest, &journal)?;
     Ok((manifest, journal))
 }
 
-/// Orders shards by their numbers; each must be there once.
+/// Orders shards by their numbers; each must occur once.
 fn sort_parts(parts: &mut [ShardPart]) -> Result<()> {
     parts.sort_by_key(|part| part.shard.number);
     for two in parts.windows(2) {
@@ -136,7 +138,8 @@ fn sort_parts(parts: &mut [ShardPart]) -> Result<()> {
     Ok(())
 }
 
-/// Fails unless every row of the sweep is in one of its shards, naming what is missing and what makes it.
+/// Fails unless every row of the sweep is in one of its shards; names the missing rows and the commands that compute
+/// them.
 fn complete(parts: &[ShardPart]) -> Result<()> {
     let of = parts[0].shard.of;
     let lacking = parts.iter().filter(|part| part.lacks > 0);
@@ -150,23 +153,24 @@ fn complete(parts: &[ShardPart]) -> Result<()> {
     if lacking == 0 {
         return Ok(());
     }
-    // No more than are told: a file may claim that there are billions.
+    // No more than are reported: a file may claim billions of shards.
     let absent =
         (0..of).filter(|number| parts.binary_search_by_key(number, |part| part.shard.number).is_err());
-    let absent = absent.take(MOST_TOLD);
-    missing.extend(absent.map(|number| (number, format!("shard {number} of {of} is not there"))));
+    let absent = absent.take(MOST_REPORTED);
+    missing.extend(absent.map(|number| (number, format!("shard {number} of {of} is missing"))));
     missing.sort();
     let command = |number: u32| command_of_shard(&parts[0].manifest, Shard { number, of });
-    let told = missing.iter().take(MOST_TOLD);
-    let mut text: String =
-        told.map(|(number, what)| format!("\n  {what}; to make it:\n    {}", command(*number))).collect();
-    if lacking > MOST_TOLD {
-        text += &format!("\n  and {} more", lacking - MOST_TOLD);
+    let reported = missing.iter().take(MOST_REPORTED);
+    let mut text: String = reported
+        .map(|(number, what)| format!("\n  {what}; to compute it:\n    {}", command(*number)))
+        .collect();
+    if lacking > MOST_REPORTED {
+        text += &format!("\n  and {} more", lacking - MOST_REPORTED);
     }
     Err(Issue::says(format!("the sweep is not complete:{text}")).into())
 }
 
-/// The command that makes a shard, from the one that made another.
+/// The command of a shard, from the command of another.
 fn command_of_shard(manifest: &Manifest, shard: Shard) -> String {
     let mut words = manifest.provenance.about.command.clone();
     let wanted = format!("{}/{}", shard.number, shard.of);

@@ -1,6 +1,5 @@
-//! What a sweep leaves: the folder's files, the journal of counts, the manifest, how rows are numbered,
-//! shards put together, and all of it read back, with scores over scenes, snapshots and repeats and the
-//! tables for pandas.
+//! The results of a sweep: the folder's files, the journal of counts, the manifest, the numbering of rows, merged
+//! shards, and all of it read back, with scores over scenes, snapshots and repeats and the tables for pandas.
 
 pub mod checksum;
 pub mod columns;

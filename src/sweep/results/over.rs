@@ -3,24 +3,24 @@
 
 use perirobot_march::metrics::{Confusion, Score};
 
-/// What a score is over several moments and repeats.
+/// A score over several moments and repeats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Over {
-    /// Mean of the values there are: each scene, snapshot and repeat weighs the same.
+    /// Mean of the values: each scene, snapshot and repeat has the same weight.
     pub mean: f64,
     /// Sample standard deviation (n − 1) of the repeats' means; `None` unless two repeats have one.
     pub std: Option<f64>,
-    /// The smallest value; the largest of a score of which less is better.
+    /// The smallest value; the largest if less is better.
     pub worst: f64,
     /// The score of all counts together.
     pub pooled: Option<f64>,
-    /// How many values there are.
+    /// The number of values.
     pub values: usize,
-    /// How many there would be if none was left out.
+    /// The number if none was left out.
     pub of: usize,
 }
 
-/// One choice's score over repeats, each with the counts of its moments; `None` if there is no value at all.
+/// One choice's score over repeats, each with the counts of its moments; `None` if there is no value.
 pub fn summarize(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
     let (mut all, mut means, mut counts, mut of) = (Sum::default(), Vec::new(), Confusion::default(), 0);
     let mut worst: Option<f64> = None;
@@ -41,8 +41,8 @@ pub fn summarize(repeats: &[Vec<Confusion>], score: Score) -> Option<Over> {
     Some(Over { mean, std: deviation(&means), worst, pooled: score.evaluate(&counts), values: all.count, of })
 }
 
-/// The mean of one choice's score over repeats, each with the counts of its moments, where a moment weighs as long as it
-/// lasts; `None` if no value lasts.
+/// The mean of one choice's score over repeats, each with the counts of its moments, weighted by the moments'
+/// durations; `None` if no value has a duration.
 pub(crate) fn weighted_mean(repeats: &[Vec<Confusion>], dwell_s: &[f64], score: Score) -> Option<f64> {
     let moments = repeats.iter().flat_map(|repeat| repeat.iter().zip(dwell_s));
     let values = moments.filter_map(|(reading, &seconds)| Some((score.evaluate(reading)?, seconds)));
@@ -51,7 +51,7 @@ pub(crate) fn weighted_mean(repeats: &[Vec<Confusion>], dwell_s: &[f64], score: 
     (all > 0.0).then(|| sum / all)
 }
 
-/// Values added up in the order they come, so that the same counts give the same bytes.
+/// A sum of values in their order, so that the same counts give the same bytes.
 #[derive(Default)]
 struct Sum {
     sum: f64,
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn a_moment_weighs_as_long_as_it_lasts() {
-        // F1 1/2 for 3 s and 2/3 for 1 s; the moment without a value is left out, however long.
+        // F1 1/2 for 3 s and 2/3 for 1 s; the moment without a value is left out, regardless of its duration.
         let moments = [vec![confusion(1, 2), confusion(1, 1), Confusion::default()]];
         let mean = |dwell_s: &[f64]| weighted_mean(&moments, dwell_s, Score::F1);
         assert_eq!(mean(&[3.0, 1.0, 100.0]), Some((1.5 + 2.0 / 3.0) / 4.0));

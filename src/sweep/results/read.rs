@@ -1,5 +1,4 @@
-//! The folder of a sweep read back, strictly: whatever is missing or does not fit together is an error that
-//! says where.
+//! Reads the folder of a sweep strictly: anything missing or inconsistent is an error with its place.
 
 mod csv_rows;
 mod subject;
@@ -15,29 +14,28 @@ use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result, SEMANTICS_VERSION};
 use perirobot_scene::shell;
 
-/// What helps with a folder whose files do not fit together.
+/// The remedy for a folder with inconsistent files.
 const CURE: &str = "leave the files as the sweep wrote them, or sweep again";
 
-/// The folder of a sweep, or of a shard of one, before its counts are looked at.
+/// The folder of a sweep, or of a shard of one, before its counts are read.
 #[derive(Debug)]
 pub struct Folder {
-    /// What its manifest says.
+    /// Its manifest.
     pub manifest: Manifest,
-    /// What was swept.
+    /// The subject of the sweep.
     pub subject: Subject,
     /// The finished rows.
     pub journal: Journal,
 }
 
 impl Folder {
-    /// Reads manifest.json, poses.csv and the beginning of counts.journal, which must be of one sweep.
+    /// Reads manifest.json, poses.csv and the header of counts.journal, which must belong to one sweep.
     ///
     /// # Errors
-    /// `Error::Input` that names the file and what does not fit; `Error::Busy` if a run is at work in the
-    /// folder.
+    /// `Error::Input` that names the file and the inconsistency; `Error::Busy` if a run uses the folder.
     pub fn open(folder: &Path) -> Result<Folder> {
         if !folder.is_dir() {
-            let cure = "name one that `perirobot sweep` or `perirobot choose` has written";
+            let cure = "name one written by `perirobot sweep` or `perirobot choose`";
             return Err(Error::input(folder, "is not a folder").with_advice(cure));
         }
         let manifest = Manifest::read(folder)?;
@@ -48,21 +46,21 @@ impl Folder {
     }
 }
 
-/// Fails unless a journal is of the sweep of a manifest, and of the part of it that it claims to be.
+/// Fails unless a journal belongs to the sweep of a manifest, and to the part of it that it claims.
 pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) -> Result<()> {
     let (header, layout) = (journal.header(), subject.layout());
     let of_one = header.fingerprint == manifest.fingerprint()
         && header.blocks == layout.blocks() as u64
         && header.block_rows == layout.block_rows();
     if !of_one {
-        let what = format!("is of another sweep than {MANIFEST} beside it");
+        let what = format!("belongs to another sweep than {MANIFEST}");
         return Err(Issue::damaged(what).cure(CURE).with_place(journal.path()).into());
     }
     let Shard { number, of } = header.shard;
     let choices = layout.pose_choices();
     if of as usize > choices || header.kept != layout.rows_of_choices(&places_of(&layout, header.shard)) {
         let what = format!(
-            "keeps rows {:?} of each block as shard {number} of {of}, which are not that shard's of {choices} choices \
+            "has rows {:?} of each block as shard {number} of {of}, which differ from that shard's rows of {choices} choices \
              of poses",
             header.kept
         );
@@ -71,7 +69,7 @@ pub(crate) fn fits(subject: &Subject, manifest: &Manifest, journal: &Journal) ->
     Ok(())
 }
 
-/// How many rows a journal lacks. Every row that it has must be one that its region can have.
+/// The number of missing rows of a journal. Every row must be possible in its region.
 pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
     let JournalHeader { block_rows, .. } = journal.header();
     let (regions, repeats) = (subject.regions.len() as u64, subject.repeats as u64);
@@ -97,14 +95,14 @@ pub(crate) fn missing(subject: &Subject, journal: &Journal) -> Result<u64> {
 }
 
 impl Results {
-    /// Reads the folder of a finished sweep. With the results come warnings, such as that another version of
-    /// the program counted. Errors name file and place.
+    /// Reads the folder of a finished sweep. Returns warnings as well, for example that another version of the program
+    /// counted. Errors name file and place.
     pub fn read(path: &Path) -> Result<(Results, Vec<String>)> {
         let folder = Folder::open(path)?;
         let JournalHeader { shard, .. } = folder.journal.header();
         if *shard != Shard::WHOLE {
             let Shard { number, of } = shard;
-            let what = Issue::says(format!("holds shard {number} of {of}"));
+            let what = Issue::says(format!("contains shard {number} of {of}"));
             return Err(what
                 .with_advice("run `perirobot merge` on the folder above it")
                 .with_place(path)
@@ -112,11 +110,9 @@ impl Results {
         }
         let missing = missing(&folder.subject, &folder.journal)?;
         if missing > 0 {
-            let cure = format!(
-                "run the command that began it again, it goes on: {}",
-                shell::command(&folder.manifest.provenance.about.command)
-            );
-            let what = Issue::says(format!("is not finished, {missing} rows are missing"));
+            let cure =
+                format!("to resume it, run: {}", shell::command(&folder.manifest.provenance.about.command));
+            let what = Issue::says(format!("is not finished: {missing} rows are missing"));
             return Err(what.with_advice(cure).with_place(path).into());
         }
         let mut warnings = Vec::new();
@@ -124,7 +120,7 @@ impl Results {
         if version != SEMANTICS_VERSION {
             warnings.push(format!(
                 "{}: perirobot {} counted by version {version} of the rules, this is perirobot {} with version \
-                 {SEMANTICS_VERSION}: do not hold these scores against new ones; sweep again to compare",
+                 {SEMANTICS_VERSION}: these scores are not comparable with new ones; sweep again to compare",
                 path.join(MANIFEST).display(),
                 folder.manifest.provenance.about.perirobot,
                 env!("CARGO_PKG_VERSION"),

@@ -1,5 +1,5 @@
-//! The table `results`: counts and scores of every scene, snapshot, repeat, choice of poses, representation
-//! and region, in study order, made for pandas.
+//! The table `results` for pandas: counts and scores of every scene, snapshot, repeat, choice of poses, representation
+//! and region, in study order.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use perirobot_march::metrics::{Confusion, Score};
 /// The name of the file, without its extension.
 pub const RESULTS: &str = "results";
 
-/// Writes the table into a folder. A score that has no value (a zero denominator) is empty.
+/// Writes the table into a folder. A score without a value (a zero denominator) is empty.
 pub fn write(results: &Results, folder: &Path, format: TableFormat) -> Result<()> {
     let path = folder.join(format!("{RESULTS}.{}", format.extension()));
     let mut table = RowsFile::create(&path, format)?;
@@ -53,7 +53,7 @@ fn columns() -> Vec<Column> {
     columns
 }
 
-/// Gives a row to a sink.
+/// Passes a row to a sink.
 fn row(scene: &str, moment: [usize; 2], names: [&str; 4], counts: &Confusion, sink: RowSink) -> Result<()> {
     let mut fields = vec![Datum::Text(scene)];
     fields.extend(moment.map(|number| Datum::Count(number as u64)));
@@ -67,17 +67,17 @@ fn row(scene: &str, moment: [usize; 2], names: [&str; 4], counts: &Confusion, si
     sink(&fields)
 }
 
-/// The table while it is written.
+/// The table during writing.
 pub struct RowsFile(TableFile);
 
 impl RowsFile {
-    /// Begins the table in this file.
+    /// Starts the table in this file.
     pub fn create(path: &Path, format: TableFormat) -> Result<RowsFile> {
         Ok(RowsFile(TableFile::create(path, format, &columns())?))
     }
 
-    /// Adds a row: the scene, its snapshot and repeat, the names of combination, poses, representation and
-    /// region, and what was counted.
+    /// Adds a row: the scene, its snapshot and repeat, the names of combination, poses, representation and region, and
+    /// the counts.
     pub fn row(
         &mut self,
         scene: &str,
@@ -88,13 +88,13 @@ impl RowsFile {
         row(scene, moment, names, counts, &mut |fields| self.0.row(fields))
     }
 
-    /// Ends the table, which is in its place from then on.
+    /// Finishes the table and moves it to its path.
     pub fn finish(self) -> Result<()> {
         self.0.finish()
     }
 }
 
-/// The scores of a row. Of people and parts detected the counts are there, under the same names.
+/// The scores of a row. People and parts detected are present as counts, under the same names.
 pub fn scores() -> impl Iterator<Item = Score> {
     Score::ALL.into_iter().filter(|score| !DETECTION_COLUMNS.contains(&score.name()))
 }

@@ -1,5 +1,5 @@
-//! The table `scores`, made for pandas: the scores of every choice over snapshots and repeats, for each scene
-//! and for all scenes together.
+//! The table `scores` for pandas: the scores of every choice over snapshots and repeats, for each scene and for all
+//! scenes together.
 
 use std::path::Path;
 
@@ -12,14 +12,13 @@ use perirobot_march::metrics::{Confusion, Score};
 /// The name of the file, without its extension.
 pub const SCORES: &str = "scores";
 
-/// What stands in the column `scene` for all scenes together.
+/// The entry of the column `scene` for all scenes together.
 pub const ALL_SCENES: &str = "*";
 
-/// Writes the table into a folder: one row a scene, combination, choice of poses, representation and region,
-/// in the order of `results`; then the same for all scenes, and, where objects have candidate places, for all scenes with
-/// them at each place (`*@robot/0.5/0/90`). `worst_part` is the body part that is missed in
-/// most rows of `results`, and `worst_part_missed` in how many. What has no value is empty: a score that is
-/// nowhere defined, and the spread of a single repeat.
+/// Writes the table into a folder: one row per scene, combination, choice of poses, representation and region, in the
+/// order of `results`; then the same for all scenes, and, if objects have candidate places, for all scenes with them at
+/// each place (`*@robot/0.5/0/90`). `worst_part` is the body part that is missed in most rows of `results`, and
+/// `worst_part_missed` their number. Missing values are empty: an undefined score, and the spread of a single repeat.
 pub fn write(results: &Results, folder: &Path, format: TableFormat) -> Result<()> {
     let path = folder.join(format!("{SCORES}.{}", format.extension()));
     let mut table = TableFile::create(&path, format, &columns(results))?;
@@ -36,10 +35,11 @@ fn columns(results: &Results) -> Vec<Column> {
     let names = ["scene", "combination", "poses", "representation", "region"];
     let mut columns = names.map(|name| Column::new(name, ColumnKind::Text)).to_vec();
     let of_score = |score: Score| {
-        let of = |what: &str, kind| Column::new(format!("{}_{what}", score.name()), kind);
-        let mut columns = ["mean", "std", "worst", "pooled"].map(|what| of(what, ColumnKind::Score)).to_vec();
-        columns.push(of("n", ColumnKind::Count));
-        columns.extend(results.dwell_s.is_some().then(|| of("weighted", ColumnKind::Score)));
+        let column = |what: &str, kind| Column::new(format!("{}_{what}", score.name()), kind);
+        let mut columns =
+            ["mean", "std", "worst", "pooled"].map(|what| column(what, ColumnKind::Score)).to_vec();
+        columns.push(column("n", ColumnKind::Count));
+        columns.extend(results.dwell_s.is_some().then(|| column("weighted", ColumnKind::Score)));
         columns
     };
     let (first, last) = in_column_order();
@@ -50,8 +50,8 @@ fn columns(results: &Results) -> Vec<Column> {
     columns
 }
 
-/// The scores whose columns come before those of the worst part, and the newer ones that come after it, so that no column
-/// has another place than in older tables.
+/// The scores with columns before those of the worst part, and the newer ones after it, so that columns keep their
+/// places of older tables.
 fn in_column_order() -> (&'static [Score], &'static [Score]) {
     Score::ALL.split_at(Score::FalseAlarm as usize + 1)
 }
@@ -82,13 +82,13 @@ fn each(results: &Results, sink: RowSink) -> Result<()> {
     Ok(())
 }
 
-/// What stands in the column `scene`, and the moments that are meant.
+/// The entry of the column `scene`, and its moments.
 fn groups(results: &Results) -> Vec<(String, Vec<usize>)> {
     let scenes = results.scenes.iter().map(|scene| (scene.name.clone(), scene.moments.clone().collect()));
     let mut groups: Vec<(String, Vec<usize>)> = scenes.collect();
     groups.push((ALL_SCENES.into(), results.moments().collect()));
     let places = results.places();
-    // Of one scene they are its variants, which stand there already.
+    // For a single scene they are its variants, which are already listed.
     let places = places.into_iter().filter(|place| place.scenes > 1);
     groups.extend(places.map(|place| (format!("{ALL_SCENES}@{}", place.name), place.moments)));
     groups

@@ -1,6 +1,6 @@
-//! What a sweep found, by name: every count of every scene, snapshot, repeat and choice of poses, and the
-//! baselines beside them. Names are kept in memory, counts are looked up in the journal as they are asked
-//! for. It comes from a sweep or, by way of `read`, from its folder, and is the same either way.
+//! The results of a sweep, by name: every count of every scene, snapshot, repeat and choice of poses, with the
+//! baselines. Names are in memory, counts are read from the journal when needed. Results come from a sweep or, through
+//! `read`, from its folder, and are equal.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,63 +15,63 @@ use perirobot_study::sensor::{Candidate, Setting};
 use perirobot_study::world::place::{self, Places};
 use perirobot_study::world::{Baselines, World};
 
-/// What a sweep found. Indices of scenes, combinations, choices, representations and regions are those of the
+/// The results of a sweep. Indices of scenes, combinations, choices, representations and regions are those of the
 /// study; a moment is a snapshot of a scene, counted through all scenes.
 #[derive(Debug)]
 pub struct Results {
-    /// What was swept.
+    /// The subject.
     pub subject: Subject,
     pub(super) layout: RowLayout,
     pub(super) pages: Pages,
 }
 
-/// What was swept, by name.
+/// The subject of a sweep, by name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
     /// Scenes in study order.
     pub scenes: Vec<SceneResults>,
     /// Names of the regions.
     pub regions: Vec<String>,
-    /// How often everything was scored.
+    /// The number of repeats.
     pub repeats: usize,
     /// Combinations in study order.
     pub combinations: Vec<CombinationResults>,
-    /// For each moment and region, what the simplest answers would score.
+    /// For each moment and region, the scores of the simplest answers.
     pub baselines: Vec<Vec<Baselines>>,
-    /// How long each moment lasts in seconds, where a scene says so; those of scenes that do not last one second.
+    /// The duration of each moment in seconds, if a scene has durations; one second for other scenes.
     pub dwell_s: Option<Vec<f64>>,
 }
 
-/// A scene that was swept.
+/// A swept scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneResults {
     /// Its name.
     pub name: String,
     /// Its snapshots among the moments of all scenes.
     pub moments: Range<usize>,
-    /// Of which scene it is a variant, if it is one.
+    /// The scene of which it is a variant, if any.
     pub variant: Option<SceneVariant>,
 }
 
-/// Places of objects that were swept: one of each object that has candidates.
+/// Swept places of objects: one of each object with candidates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlaceResults {
-    /// As in the names of its scenes, behind the `@`.
+    /// As in the names of its scenes, after the `@`.
     pub name: String,
-    /// How many scenes have their objects there.
+    /// The number of scenes with their objects there.
     pub(crate) scenes: usize,
     /// Their moments.
     pub moments: Vec<usize>,
 }
 
-/// A combination that was swept.
+/// A swept combination.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CombinationResults {
     /// Its name.
     pub name: String,
-    /// Its sensors in the order they speak; equal ones follow each other.
+    /// Its sensors in the order of precedence; equal ones are consecutive.
     pub members: Vec<MemberResults>,
-    /// What is scored of each choice, as in the column `representation` of results.csv.
+    /// The scored representations of each choice, as in the column `representation` of results.csv.
     pub representations: Vec<String>,
 }
 
@@ -82,7 +82,7 @@ pub struct MemberResults {
     pub sensor: String,
     /// All of its poses, in study order.
     pub poses: Arc<Vec<PoseResults>>,
-    /// Which of them take part, in their order.
+    /// Those in the combination, in their order.
     pub candidates: Vec<usize>,
 }
 
@@ -91,14 +91,14 @@ pub struct MemberResults {
 pub struct PoseResults {
     /// Its name.
     pub name: String,
-    /// The set of poses it belongs to, a wall or the ceiling; `None` for what is set up without a pose.
+    /// The group of poses that it belongs to, a wall or the ceiling; `None` without a pose.
     pub group: Option<String>,
-    /// Where it is, in words for people, as in the column `place` of poses.csv.
+    /// The place in words, as in the column `place` of poses.csv.
     pub place: String,
 }
 
 impl Subject {
-    /// What a study sweeps. `worlds` are those of [`World::prepare_all`].
+    /// The subject of a study's sweep. `worlds` are those of [`World::prepare_all`].
     pub fn from_study(study: &Study, worlds: &[World]) -> Subject {
         let mut end = 0;
         let scenes = study.scenes.iter().map(|spec| {
@@ -155,7 +155,7 @@ impl Subject {
         Ok(())
     }
 
-    /// The places of objects that were swept, in their order; none where no object has candidates.
+    /// The swept places of objects, in their order; empty if no object has candidates.
     pub fn places(&self) -> Vec<PlaceResults> {
         let mut places: Vec<PlaceResults> = Vec::new();
         for (variant, scene) in self.scenes.iter().filter_map(|scene| Some((scene.variant.as_ref()?, scene)))
@@ -171,7 +171,7 @@ impl Subject {
         places
     }
 
-    /// How its rows are numbered.
+    /// The numbering of its rows.
     pub fn layout(&self) -> RowLayout {
         let size = |c: &CombinationResults| CombinationSize {
             choices: c.choices(),
@@ -182,7 +182,7 @@ impl Subject {
     }
 }
 
-/// How long each moment lasts, if any says so.
+/// The duration of each moment, if any is given.
 pub(super) fn dwell_s(said: Vec<Option<f64>>) -> Option<Vec<f64>> {
     let any = said.iter().any(Option::is_some);
     any.then(|| said.into_iter().map(|seconds| seconds.unwrap_or(1.0)).collect())
@@ -206,15 +206,15 @@ impl std::ops::Deref for Results {
 }
 
 impl Results {
-    /// The counts in some journals, which keep every row of what was swept between them.
+    /// The counts in some journals, which together contain every row of the sweep.
     pub fn new(subject: Subject, pages: Pages) -> Results {
         Results { layout: subject.layout(), subject, pages }
     }
 
-    /// The counts of all rows of what was swept, in the order of [`crate::scoring::run_on`], without a folder.
+    /// The counts of all rows of a sweep, in the order of [`crate::scoring::run_on`], without a folder.
     ///
     /// # Panics
-    /// If there are not as many as the subject has rows.
+    /// If their number does not match the subject.
     pub fn from_counts(subject: Subject, counts: impl IntoIterator<Item = Confusion>) -> Results {
         let layout = subject.layout();
         let mut counts = counts.into_iter();
@@ -228,7 +228,7 @@ impl Results {
         Results { layout, subject, pages: Pages::in_memory(blocks) }
     }
 
-    /// What was counted at a moment.
+    /// The counts of a moment.
     ///
     /// # Errors
     /// `Error::Storage` if the journal cannot be read any more.
@@ -236,7 +236,7 @@ impl Results {
         self.pages.counts(self.layout.row(moment, repeat, key))
     }
 
-    /// What was counted of one choice at some moments, for each repeat.
+    /// The counts of one choice at some moments, for each repeat.
     ///
     /// # Errors
     /// Those of [`Results::counts`].
@@ -262,8 +262,8 @@ impl Results {
         Ok(over::summarize(&self.readings(moments, &key)?, score))
     }
 
-    /// The mean of a score of one choice over some moments and all repeats, each moment weighing as long as it lasts;
-    /// `None` if no scene says how long, or there is no value that lasts.
+    /// The mean of a score of one choice over some moments and all repeats, weighted by the moments' durations; `None`
+    /// if no scene has durations, or no value has one.
     ///
     /// # Errors
     /// Those of [`Results::counts`].
@@ -285,21 +285,21 @@ impl Results {
         region: usize,
         score: Score,
     ) -> [(&'static str, Option<Over>); 4] {
-        let of = |pick: fn(&Baselines) -> &Confusion| {
+        let summary = |pick: fn(&Baselines) -> &Confusion| {
             let counts = moments.clone().map(|moment| *pick(&self.baselines[moment][region]));
             over::summarize(&[counts.collect()], score)
         };
         [
-            ("upper bound", of(|b| &b.ceiling)),
-            ("all occupied", of(|b| &b.all_occupied)),
-            ("all free", of(|b| &b.all_free)),
-            ("nothing seen", of(|b| &b.nothing_seen)),
+            ("upper bound", summary(|b| &b.ceiling)),
+            ("all occupied", summary(|b| &b.all_occupied)),
+            ("all free", summary(|b| &b.all_free)),
+            ("nothing seen", summary(|b| &b.nothing_seen)),
         ]
     }
 }
 
 impl CombinationResults {
-    /// How many choices of poses it has.
+    /// The number of its choices of poses.
     pub fn choices(&self) -> usize {
         self.all_choices().count()
     }
@@ -322,8 +322,8 @@ impl CombinationResults {
         names.collect::<Vec<_>>().join(columns::BETWEEN_MEMBERS)
     }
 
-    /// Where the sensors of a choice are, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, those of
-    /// several sensors with their names.
+    /// The places of a choice's sensors, in words: `left wall, x 0.5 m, 2.2 m high, 30° down`, with the names of
+    /// several sensors.
     pub fn place_of(&self, choice: usize) -> String {
         let places = self.poses(choice).map(|(member, pose)| (member.sensor.as_str(), &pose.place));
         place::join(&places.collect::<Vec<_>>())
@@ -336,7 +336,7 @@ impl CombinationResults {
         groups.next().is_none().then_some(group)
     }
 
-    /// The name of a choice as it stands in tables: without the sensor's where there is only one.
+    /// The name of a choice in tables: without the sensor's if there is only one.
     pub fn label(&self, choice: usize) -> String {
         match self.members.as_slice() {
             [_] => self.poses(choice).map(|(_, pose)| pose.name.clone()).collect(),
@@ -352,14 +352,14 @@ mod tests {
 
     #[test]
     fn results_in_memory_are_those_of_a_journal() {
-        let of = |moment: usize, repeat: usize, key: &RowKey| {
+        let counts_at = |moment: usize, repeat: usize, key: &RowKey| {
             example::counts((7 * moment + 5 * repeat + 3 * key.choice + key.representation) as u64)
         };
-        let read = example::results_in(&["robot", "human"], 2, of);
+        let read = example::results_in(&["robot", "human"], 2, counts_at);
         let mut counts = Vec::new();
         for (moment, repeat) in read.moments().flat_map(|moment| [(moment, 0), (moment, 1)]) {
             let take = |_: [&str; 4], key: RowKey| {
-                counts.push(of(moment, repeat, &key));
+                counts.push(counts_at(moment, repeat, &key));
                 Ok(())
             };
             read.each_key(take).unwrap();

@@ -1,6 +1,6 @@
-//! Measures how fast each backend scores poses, as a sweep does: the oracle first, then every other on the
-//! same poses, repeated until the time is long enough to be measured. All counts are compared with the
-//! oracle's. The command line chooses backends, poses and tables.
+//! Measures how fast each backend scores poses, as a sweep does: the oracle first, then every other on the same poses,
+//! repeated until the time is long enough to be measured. All counts are compared with the oracle's. The command line
+//! selects backends, poses and tables.
 
 use std::cell;
 use std::collections::HashMap;
@@ -19,30 +19,30 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::Study;
 use perirobot_study::world::{World, ray_table};
 
-/// Fewest rounds of a measurement: a slow backend that is measured once would look slower beside the best of
-/// many rounds of a fast one.
+/// Fewest rounds of a measurement: a slow backend with a single round would look slower next to the best of many rounds
+/// of a fast one.
 const ROUNDS: u32 = 3;
 
 /// A backend to be measured.
 pub struct Contender {
-    /// What its line is called.
+    /// Its name in the table.
     pub name: String,
     /// The backend.
     pub backend: Box<dyn Backend + Send>,
-    /// Threads for what the host does for it: placements, and the volumes around what was detected.
+    /// Threads for the host's work: placements, and the volumes around detections.
     pub threads: usize,
 }
 
 impl Contender {
-    /// The oracle, with which all others are compared.
+    /// The oracle, the reference.
     pub(crate) fn oracle() -> Self {
         Contender { name: "oracle, 1 thread".into(), backend: Box::new(Oracle::default()), threads: 1 }
     }
 }
 
-/// The backends that a user's choice allows beside the oracle: the CPU on one thread with each set of vector
-/// instructions that it has, and on all threads with none, beside which a software adapter can be held, and with
-/// the most, and the GPU, if there is one. A software adapter counts as one.
+/// The backends of a user's choice, without the oracle: the CPU on one thread with each available set of vector
+/// instructions, and on all threads with none (for comparison with a software adapter) and with the most, and the GPU,
+/// if there is one. A software adapter counts as one.
 pub fn contenders(choice: &BackendChoice) -> Result<Vec<Contender>> {
     let all = std::thread::available_parallelism().map_or(1, |n| n.get());
     let mut contenders = Vec::new();
@@ -67,16 +67,16 @@ pub fn contenders(choice: &BackendChoice) -> Result<Vec<Contender>> {
     Ok(contenders)
 }
 
-/// What one backend did.
+/// The measurement of one backend.
 #[derive(Clone, Debug)]
 pub struct BenchLine {
     /// The contender's name.
     pub name: String,
-    /// Time to make ray tables and a scene ready, the mean of all snapshots, when they were first seen.
+    /// Time to prepare ray tables and a scene at first use, the mean of all snapshots.
     pub load: Duration,
     /// Time to cast, carve, fuse and count all poses: the shortest of all rounds.
     pub work: Duration,
-    /// How often it was measured.
+    /// The number of rounds.
     pub rounds: u32,
 }
 
@@ -85,31 +85,30 @@ pub struct BenchLine {
 pub struct Race {
     /// The combination's name.
     pub combination: String,
-    /// Choices of poses, each snapshot for itself.
+    /// Choices of poses, in each snapshot.
     pub poses: usize,
     /// Rays cast in a round.
     pub rays: u64,
-    /// One line a backend, the oracle's first.
+    /// One line per backend, the oracle's first.
     pub lines: Vec<BenchLine>,
-    /// The first counts that are not the oracle's, explained.
+    /// The first counts that differ from the oracle's, explained.
     pub first_difference: Option<String>,
 }
 
-/// Whether a combination casts rays, so that there is something to measure.
+/// Whether a combination casts rays.
 pub fn casts(study: &Study, combination: usize) -> bool {
     rays(study, combination).iter().any(|&rays| rays > 0)
 }
 
-/// Rays a pose of each member of a combination.
+/// Rays per pose of each member of a combination.
 fn rays(study: &Study, combination: usize) -> Vec<usize> {
     let members = study.combinations[combination].members.iter();
     let tables = members.map(|member| ray_table(study, member.sensor));
     tables.map(|table| table.map_or(0, |rays| rays.dirs_q15.len())).collect()
 }
 
-/// Scores so many choices of a combination, spread evenly, in each world, on the oracle and on each
-/// contender: once, and again, three times or more, until a contender's rounds took `long_enough` together.
-/// Zero is long enough after one round.
+/// Scores `poses` evenly spaced choices of a combination in each world, on the oracle and on each contender: at least
+/// three rounds, until a contender's rounds took `long_enough` together. A zero `long_enough` means one round.
 pub fn race(
     study: &Study,
     worlds: &[World],
@@ -127,7 +126,7 @@ pub fn race(
         let members = spec.members.iter().zip(spec.choice(choice)).zip(&each);
         members.map(|((member, candidate), rays)| ((member.sensor, candidate), *rays)).collect::<Vec<_>>()
     };
-    // Evidence that several choices share is cast once.
+    // Evidence shared by several choices is cast once.
     let rays: usize = choices.iter().flat_map(cast).collect::<HashMap<_, _>>().into_values().sum();
     let (expected, line) = measure(study, worlds, &pose_choices, long_enough, &mut Contender::oracle())?;
     let mut race = Race {
@@ -146,7 +145,7 @@ pub fn race(
     Ok(race)
 }
 
-/// Rounds of a contender until they took long enough, and its rows.
+/// Measures a contender until its rounds took long enough; returns its rows.
 fn measure(
     study: &Study,
     worlds: &[World],
@@ -177,14 +176,14 @@ fn round(
     backend: &mut dyn Backend,
 ) -> Result<(Vec<Row>, Duration, Duration)> {
     let clock = Clock::default();
-    let mut watched = Watched { backend, clock: &clock };
+    let mut watched = Timed { backend, clock: &clock };
     let mut timed = TimedRows { rows: Vec::new(), clock: &clock };
     super::run_choices(study, worlds, pose_choices, BatchSize::FULL, &mut watched, &mut timed)?;
     timed.rows.sort_by_key(Row::place);
     Ok((timed.rows, clock.load.get(), clock.work.get()))
 }
 
-/// Keeps all rows, and the time when they came.
+/// Stores all rows, with their time.
 struct TimedRows<'a> {
     rows: Vec<Row>,
     clock: &'a Clock,
@@ -202,7 +201,7 @@ impl Ledger for TimedRows<'_> {
     }
 }
 
-/// Tells loading from work. What is made ready on the host between two scenes is neither.
+/// Separates loading from work. Preparation on the host between two scenes counts as neither.
 #[derive(Default)]
 struct Clock {
     load: cell::Cell<Duration>,
@@ -211,7 +210,7 @@ struct Clock {
 }
 
 impl Clock {
-    /// Loading has ended, and work begins.
+    /// Ends loading and starts work.
     fn begin_work(&self, begin: Instant) {
         self.load.set(self.load.get() + begin.elapsed());
         self.since.set(Some(Instant::now()));
@@ -226,12 +225,12 @@ impl Clock {
 }
 
 /// A backend whose loading is timed.
-struct Watched<'a> {
+struct Timed<'a> {
     backend: &'a mut dyn Backend,
     clock: &'a Clock,
 }
 
-impl Backend for Watched<'_> {
+impl Backend for Timed<'_> {
     fn name(&self) -> &'static str {
         self.backend.name()
     }

@@ -1,5 +1,5 @@
-//! Counts a part of what a device counted again on the CPU, its first poses and then a small share: a driver
-//! that counts wrongly is found while the sweep can still be stopped.
+//! Recounts a part of a device's counts on the CPU, its first poses and then a small share: a faulty driver is found
+//! while the sweep can still be stopped.
 
 use std::collections::HashMap;
 
@@ -13,16 +13,16 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// How many choices are checked at the very beginning, and at least, where there are so many.
+/// The number of choices checked at the start, and the least number if there are that many.
 pub const AT_LEAST: u64 = 3;
 
-/// One choice in so many is checked after that, unless the user says otherwise.
+/// Default share of checked choices after that: one in this many.
 pub const ONE_IN: u64 = 500;
 
-/// How many picked choices may wait, so that a scene is made ready once for several.
+/// The most picked choices that wait, so that a scene is prepared once for several.
 const MOST_WAITING: usize = 16;
 
-/// Choices that were picked to be counted again.
+/// Choices picked for a recount.
 #[derive(Debug)]
 pub(super) struct Picked {
     every: u64,
@@ -33,33 +33,33 @@ pub(super) struct Picked {
     waiting: Vec<Vec<Row>>,
 }
 
-/// A choice that was counted twice, and not alike.
+/// A choice with two different counts.
 #[derive(Debug)]
 pub(super) struct Difference {
     /// Its place in words.
     pub(super) place: String,
-    /// All that is known, for the file.
+    /// All details, for the file.
     pub(super) evidence: Value,
 }
 
 impl Picked {
-    /// Picks the first ones and then one in so many.
+    /// Picks the first ones and then one in `every`.
     pub(super) fn one_in(every: u64) -> Picked {
         Picked { every, seen: 0, begun: false, waiting: Vec::new() }
     }
 
-    /// Picks only these rows, one a choice: the run that counted them was killed.
-    pub(super) fn these(waiting: Vec<Vec<Row>>) -> Picked {
+    /// Picks only these rows, one per choice: their run was killed.
+    pub(super) fn from_rows(waiting: Vec<Vec<Row>>) -> Picked {
         Picked { every: u64::MAX, seen: AT_LEAST, begun: false, waiting }
     }
 
-    /// Picks these rows, too.
-    pub(super) fn and(mut self, waiting: Vec<Vec<Row>>) -> Picked {
+    /// Also picks these rows.
+    pub(super) fn with_rows(mut self, waiting: Vec<Vec<Row>>) -> Picked {
         self.waiting.extend(waiting);
         self
     }
 
-    /// Looks at the rows of one choice.
+    /// Considers the rows of one choice.
     pub(super) fn pick(&mut self, rows: &[Row]) {
         if self.seen < AT_LEAST || self.seen.is_multiple_of(self.every) {
             self.waiting.push(rows.to_vec());
@@ -67,13 +67,13 @@ impl Picked {
         self.seen += 1;
     }
 
-    /// Whether those that wait should be checked before more is done.
+    /// Whether the waiting ones should be checked now.
     pub(super) fn are_due(&self) -> bool {
         let many = if self.begun { MOST_WAITING } else { 1 };
         self.waiting.len() >= many
     }
 
-    /// Counts all that wait once more on the CPU. Returns how many there were, or the difference.
+    /// Recounts all waiting choices on the CPU. Returns their number, or the difference.
     pub(super) fn check(
         &mut self,
         study: &Study,
@@ -91,7 +91,7 @@ impl Picked {
             let mut again = Again { asked: of_world, found: Vec::new() };
             let mut pose_choices: Vec<PoseChoice> =
                 of_world.iter().map(|rows| pose_choice(&rows[0])).collect();
-            // Repeats of a choice were picked separately, so they need not be neighbours.
+            // Repeats of a choice were picked separately, so they may not be adjacent.
             pose_choices.sort_by_key(|pose_choice| (pose_choice.combination, pose_choice.choice));
             pose_choices.dedup();
             run_choices(study, &worlds[i..=i], &pose_choices, BatchSize::SMALL, backend, &mut again)?;
@@ -112,10 +112,10 @@ impl Picked {
     }
 }
 
-/// The error where a check is impossible because the CPU counted other rows.
+/// The error if the CPU counted other rows, so that a check is impossible.
 fn uneven(wanted: usize, found: usize) -> Error {
     Error::device(format!(
-        "the check of {wanted} rows on the CPU came back with {found}, and not all of them match: report this"
+        "the check of {wanted} rows on the CPU came back with {found}, and not all of them match: please report this"
     ))
 }
 
@@ -123,7 +123,7 @@ fn pose_choice(row: &Row) -> PoseChoice {
     PoseChoice { combination: row.combination, choice: row.choice }
 }
 
-/// Asks for the same choices once more.
+/// Requests the same choices again.
 struct Again<'a> {
     asked: &'a [Vec<Row>],
     found: Vec<Row>,
@@ -188,7 +188,7 @@ mod tests {
             .filter(|row| row.repeat == 0 && pose_choice(row) == pose_choice(&all[0]))
             .copied()
             .collect();
-        let mut check = |rows: Vec<Row>| Picked::these(vec![rows]).check(&study, &worlds, &mut cpu);
+        let mut check = |rows: Vec<Row>| Picked::from_rows(vec![rows]).check(&study, &worlds, &mut cpu);
         assert!(matches!(check(first.clone()), Ok(Ok(1))));
         let mut lied = first.clone();
         lied[1].counts.tp += 1;
@@ -196,10 +196,11 @@ mod tests {
         let foreign = Row { region: study.regions.len(), ..first[0] };
         let many = [&first[..], &[foreign]].concat();
         for rows in [first[1..].to_vec(), many.clone(), many[1..].to_vec()] {
-            let told = format!("the check of {} rows on the CPU came back with {}", rows.len(), first.len());
+            let beginning =
+                format!("the check of {} rows on the CPU came back with {}", rows.len(), first.len());
             let error = check(rows);
             assert!(
-                matches!(&error, Err(Error::Device(what)) if what.to_string().starts_with(&told)),
+                matches!(&error, Err(Error::Device(what)) if what.to_string().starts_with(&beginning)),
                 "{error:?}"
             );
         }

@@ -1,4 +1,4 @@
-//! Keeps track of a sweep on disk: which choices are finished. Writes their rows into the journal.
+//! Tracks the finished choices of a sweep on disk, and writes their rows into the journal.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -11,7 +11,7 @@ use perirobot_march::metrics::Confusion;
 use perirobot_march::progress::Progress;
 use perirobot_study::world::World;
 
-/// Which choices of a shard are finished in which blocks.
+/// The finished choices of a shard in each block.
 #[derive(Debug)]
 pub(super) struct Done {
     /// Choices of the shard, by their places among all.
@@ -21,13 +21,13 @@ pub(super) struct Done {
 }
 
 impl Done {
-    /// No choice is finished.
+    /// Without finished choices.
     pub(super) fn new(layout: &RowLayout, places: std::ops::Range<usize>) -> Done {
         let bits = vec![0; (layout.blocks() * places.len()).div_ceil(64)];
         Done { places, bits, count: 0 }
     }
 
-    /// The choices of which a journal has all rows, and how many of its places are damaged.
+    /// The choices with all rows in a journal, and the number of its damaged places.
     pub(super) fn from_journal(
         layout: &RowLayout,
         places: std::ops::Range<usize>,
@@ -36,7 +36,7 @@ impl Done {
         let mut done = Done::new(layout, places.clone());
         let pose_choices: Vec<PoseChoice> =
             layout.all_choices().skip(places.start).take(places.len()).collect();
-        // Rows come in order, so those of a choice follow each other.
+        // Rows come in order, so those of a choice are consecutive.
         let (mut at, mut block, mut found) = (0, 0, 0);
         let damaged = journal.scan(|row, _| {
             let (now, within) = ((row / layout.block_rows()) as usize, row % layout.block_rows());
@@ -56,7 +56,7 @@ impl Done {
         Ok((done, damaged))
     }
 
-    /// How many choices are finished, each block for itself.
+    /// The number of finished choices, in each block.
     pub(super) fn count(&self) -> u64 {
         self.count
     }
@@ -69,7 +69,7 @@ impl Done {
 
     /// Whether some choices are finished in all blocks.
     pub(super) fn has_all(&self, layout: &RowLayout, pose_choices: &[PoseChoice]) -> bool {
-        // What is missing is mostly the last.
+        // The last one is usually the missing one.
         let is_done = |block| pose_choices.iter().rev().all(|choice| self.has(block, layout.place(choice)));
         self.count == (layout.blocks() * self.places.len()) as u64 || (0..layout.blocks()).rev().all(is_done)
     }
@@ -85,15 +85,15 @@ impl Done {
     }
 }
 
-/// A journal, and what is finished in it: of all devices that work on it.
+/// A journal with its finished choices, shared by all devices.
 pub(super) struct Record<'a> {
     pub(super) journal: &'a mut Journal,
     pub(super) done: &'a mut Done,
-    /// Whether the rows of all devices were set aside, since one of them counts wrongly: none is taken any more.
+    /// Whether the rows of all devices were set aside, since one of them counts wrongly: no more rows are accepted.
     pub(super) is_set_aside: bool,
 }
 
-/// Writes finished rows of one device into the journal, and knows which are left.
+/// Writes finished rows of one device into the journal, and tracks the remaining ones.
 pub(super) struct Checkpoint<'a> {
     pub(super) layout: &'a RowLayout,
     /// The first moment of each scene.
@@ -103,11 +103,11 @@ pub(super) struct Checkpoint<'a> {
     pub(super) progress: &'a dyn Progress,
     /// Why it was stopped.
     pub(super) stopped: Option<String>,
-    /// Rows of a device that the CPU has yet to check.
+    /// Rows of a device that the CPU must still check.
     pub(super) unchecked: Option<super::check::Picked>,
-    /// Whether the rows that come now need no check.
+    /// Whether the current rows need no check.
     pub(super) is_trusted: bool,
-    /// How many choices were finished by this device.
+    /// The number of choices finished by this device.
     pub(super) finished: u64,
 }
 
@@ -123,7 +123,7 @@ impl<'a> Checkpoint<'a> {
         self.layout.row(self.moment(row.scene, row.snapshot), row.repeat, &key)
     }
 
-    /// What all devices have finished.
+    /// The finished choices of all devices.
     pub(super) fn record(&self) -> MutexGuard<'a, Record<'a>> {
         self.record.lock().unwrap_or_else(PoisonError::into_inner)
     }

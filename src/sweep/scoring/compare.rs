@@ -1,5 +1,5 @@
-//! Every backend on the same poses, every integer compared: counts, all bit planes over the whole grid, and
-//! how each ray ended. The oracle is right by definition; the first difference is explained.
+//! Compares every integer of every backend on the same poses: counts, all bit planes over the whole grid, and the end
+//! of each ray. The oracle is correct by definition; the first difference is explained.
 
 mod explain;
 
@@ -19,23 +19,23 @@ use perirobot_study::input::{Combination, Study};
 use perirobot_study::sensor::Sensor;
 use perirobot_study::world::{World, ray_table};
 
-/// Which poses are compared.
+/// The compared poses.
 #[derive(Clone, Debug)]
 pub enum PoseSelection {
-    /// This many of each scene and sensor, spread evenly over the study's order; another turn gives others.
+    /// This many of each scene and sensor, evenly spaced in the study's order; another turn selects others.
     Spread {
-        /// How many.
+        /// Their number.
         number: usize,
         /// The place of the first one.
         turn: usize,
     },
     /// The pose of this name.
     Named(String),
-    /// All of them.
+    /// All poses.
     All,
 }
 
-/// What one backend did on one scene and sensor or combination.
+/// The result of one backend on one scene and sensor or combination.
 #[derive(Clone, Debug)]
 pub struct ComparedLine {
     /// The scene's name.
@@ -46,9 +46,9 @@ pub struct ComparedLine {
     pub backend: &'static str,
     /// Poses or choices compared.
     pub poses: usize,
-    /// Rays cast; 0 for a combination, whose evidence is made once for many.
+    /// Rays cast; 0 for a combination, whose evidence is shared by many.
     pub rays: u64,
-    /// Voxels of the window that was compared.
+    /// Voxels of the compared window.
     pub voxels: u64,
     /// Counts, plane bits and ray ends that differ from the oracle's.
     pub differences: u64,
@@ -65,7 +65,7 @@ pub struct Comparison {
     pub first_difference: Option<String>,
 }
 
-/// The poses of a sensor that a selection names, as indices.
+/// The indices of a sensor's selected poses.
 pub fn select(selection: &PoseSelection, sensor: &Sensor) -> Vec<usize> {
     let count = sensor.candidates.len();
     match selection {
@@ -79,8 +79,8 @@ pub fn select(selection: &PoseSelection, sensor: &Sensor) -> Vec<usize> {
     }
 }
 
-/// The choices of a combination that a selection names. A pose's name is enough where the combination is one
-/// sensor; else all of its poses are named, as in results.csv.
+/// The selected choices of a combination. A pose's name suffices if the combination is one sensor; else all of its
+/// poses are named, as in results.csv.
 pub fn select_choices(selection: &PoseSelection, study: &Study, combination: &Combination) -> Vec<usize> {
     let count = combination.choices();
     match selection {
@@ -97,21 +97,21 @@ pub fn select_choices(selection: &PoseSelection, study: &Study, combination: &Co
     }
 }
 
-/// So many of `count`, evenly, from another one on in each turn; in ascending order.
+/// `wanted` of `count`, evenly spaced, starting elsewhere in each turn; in ascending order.
 fn rotate(number: usize, turn: usize, count: usize) -> Vec<usize> {
     let mut all: Vec<usize> = spread(number, count).into_iter().map(|i| (i + turn) % count).collect();
     all.sort_unstable();
     all
 }
 
-/// So many of `count`, evenly.
+/// `wanted` of `count`, evenly spaced.
 pub(super) fn spread(wanted: usize, count: usize) -> Vec<usize> {
     let wanted = wanted.min(count);
     (0..wanted).map(|i| i * count / wanted).collect()
 }
 
-/// Casts chosen poses of one sensor in one world on the oracle and on each backend, and adds to the report. A
-/// sensor that casts nothing adds nothing.
+/// Casts selected poses of one sensor in one world on the oracle and on each backend, and adds to the report. A sensor
+/// without rays adds nothing.
 pub fn compare(
     study: &Study,
     world: &World,
@@ -170,8 +170,8 @@ pub fn compare(
     Ok(())
 }
 
-/// Scores chosen choices of one combination in all snapshots of a scene, in every repeat, representation and
-/// region, as a sweep does, on the oracle and on each backend, and adds to the report.
+/// Scores selected choices of one combination in all snapshots of a scene, in every repeat, representation and region,
+/// as a sweep does, on the oracle and on each backend, and adds to the report.
 pub fn compare_combination(
     study: &Study,
     worlds: &[World],
@@ -212,7 +212,7 @@ pub fn compare_combination(
     Ok(())
 }
 
-/// The first row of a backend that is not the oracle's, explained.
+/// The first row of a backend that differs from the oracle's, explained.
 pub(super) fn first_unequal(
     study: &Study,
     worlds: &[World],
@@ -236,7 +236,7 @@ pub(super) fn first_unequal(
     ))
 }
 
-/// Loads and scores; the time is that of scoring.
+/// Loads and scores; returns the time of scoring.
 fn run_timed(
     backend: &mut dyn Backend,
     scene: &VoxelScene,
@@ -261,7 +261,7 @@ fn run_timed(
 /// The evidence and the counts of one pose.
 type EvidenceAndCounts<'a> = (&'a Evidence, &'a Vec<Confusion>);
 
-/// How many counts, bits of planes and ends differ; one that only one side has differs, too.
+/// The number of different counts, bits of planes and ends; one that only one side has counts as different.
 fn count_differences((expected, counts): EvidenceAndCounts, (got, found): EvidenceAndCounts) -> u64 {
     let bits = |a: &BitGrid, b: &BitGrid| {
         let (mut only_a, mut only_b) = (a.clone(), b.clone());
@@ -276,7 +276,7 @@ fn count_differences((expected, counts): EvidenceAndCounts, (got, found): Eviden
         + unequal(&flat(counts), &flat(found))
 }
 
-/// How many places of two lists differ, those included that only the longer one has.
+/// The number of differences of two lists, including those beyond the shorter one.
 fn unequal<T: PartialEq>(a: &[T], b: &[T]) -> u64 {
     (a.iter().zip(b).filter(|(a, b)| a != b).count() + a.len().abs_diff(b.len())) as u64
 }

@@ -18,10 +18,10 @@ use perirobot_march::backend::StageTiming;
 use perirobot_march::backend::factory::{BackendFactory, KeptBackends};
 use perirobot_march::error::catch_panic;
 
-/// Fewer choices are not worth making a world ready for, unless a device would get nothing otherwise.
+/// Fewer choices are not worth the preparation of a world, unless a device would otherwise have no work.
 const LEAST_CHOICES: usize = 64;
 
-/// The choices of a job that no device has taken.
+/// The remaining choices of a job.
 pub(super) struct Parts<'a> {
     left: Mutex<Option<&'a [PoseChoice]>>,
     devices: usize,
@@ -31,13 +31,13 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// All choices of a job, for so many devices.
+    /// All choices of a job, for this number of devices.
     pub(super) fn new(pose_choices: &'a [PoseChoice], devices: usize) -> Parts<'a> {
         let least = LEAST_CHOICES.min(pose_choices.len().div_ceil(devices.max(1)));
         Parts { left: Mutex::new(Some(pose_choices)), devices, least, halted: AtomicBool::new(false) }
     }
 
-    /// The next part; a device that works alone gets all.
+    /// The next part; a single device gets all.
     fn next(&self) -> Option<&'a [PoseChoice]> {
         if self.is_halted() {
             return None;
@@ -53,18 +53,18 @@ impl<'a> Parts<'a> {
         Some(part)
     }
 
-    /// No device is to begin anything more: the job has failed.
+    /// Stops all devices from starting more work: the job has failed.
     pub(super) fn halt(&self) {
         self.halted.store(true, Ordering::Relaxed);
     }
 
-    /// Whether nothing more is to be begun.
+    /// Whether no more work may start.
     pub(super) fn is_halted(&self) -> bool {
         self.halted.load(Ordering::Relaxed)
     }
 
-    /// Has a device do part after part. Returns what the stages of its last backend's work took; after a failure the others
-    /// begin nothing more.
+    /// Lets a device do part after part. Returns the stage times of its last backend; after a failure the others start
+    /// no more work.
     pub(super) fn work(
         &self,
         failover: &mut Failover,
@@ -80,14 +80,14 @@ impl<'a> Parts<'a> {
                     break;
                 }
             }
-            // What an earlier run left to be checked is checked even where nothing else was left to do.
+            // Rows of an earlier run are checked even if no other work is left.
             if backend.is_some() { failover.check(task).map(|()| timings) } else { Ok(timings) }
         };
         work().inspect_err(|_| self.halt())
     }
 }
 
-/// The devices of a user's choice, each of which stays open from part to part.
+/// The devices of a user's choice, each of which stays open between parts.
 pub(super) fn devices(backends: &mut dyn BackendFactory) -> Vec<KeptBackends<&mut dyn BackendFactory>> {
     let all = match backends.each_device().len() {
         0 => vec![backends],
@@ -96,7 +96,7 @@ pub(super) fn devices(backends: &mut dyn BackendFactory) -> Vec<KeptBackends<&mu
     all.into_iter().map(KeptBackends::new).collect()
 }
 
-/// Does work on each of several devices, side by side: what it gives for each, in their order, or the first error.
+/// Runs work on each of several devices in parallel: returns the results in their order, or the first error.
 pub(super) fn on_each<D: Send, T: Send>(
     mut devices: Vec<D>,
     parts: &Parts,
@@ -116,7 +116,7 @@ pub(super) fn on_each<D: Send, T: Send>(
     })
 }
 
-/// What the stages of all devices took together, in the order they run.
+/// The sums of all devices' stage times, in stage order.
 pub(super) fn add_timings(all: impl IntoIterator<Item = Timings>) -> Timings {
     let mut sums = Timings::new();
     for StageTiming { stage, took, dispatches, rows, lanes } in all.into_iter().flatten() {

@@ -1,5 +1,5 @@
-//! Keeps evidence on the backend: that of each sensor at each candidate is made once and fused as often as
-//! combinations ask for it. When the slots run out, the oldest evidence is dropped.
+//! Stores evidence on the backend: that of each sensor at each candidate is made once and fused for all combinations.
+//! When the slots run out, the oldest evidence is dropped.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
@@ -16,12 +16,12 @@ use perirobot_study::input::Study;
 use perirobot_study::sensor::{Claim, Station};
 use perirobot_study::world::World;
 
-/// The most that is asked of a backend at once; a single choice may be more.
+/// Largest batch for a backend; a single choice may be more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BatchSize {
-    /// Jobs: a choice in one representation is one.
+    /// Jobs: a choice in one representation counts as one.
     pub jobs: usize,
-    /// Rays to be cast, or fewer if those keep the backend busy.
+    /// Cast rays, or fewer if those keep the backend busy.
     pub rays: usize,
 }
 
@@ -38,7 +38,7 @@ impl BatchSize {
     }
 }
 
-/// A sensor at a candidate, in one repeat; sensors without noise say the same in all of them.
+/// A sensor at a candidate, in one repeat; sensors without noise have the same evidence in all repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct EvidenceKey {
     sensor: usize,
@@ -46,14 +46,14 @@ struct EvidenceKey {
     repeat: usize,
 }
 
-/// Where the first hits of a sensor at a candidate are kept: by the indices of both.
+/// The slots of the first hits of a sensor at a candidate: by the indices of both.
 pub(super) type FirstHitSlots = HashMap<(usize, usize), Slot>;
 
-/// Where its evidence is.
+/// The slots of a piece of evidence.
 struct HeldEvidence {
-    /// All slots that it takes.
+    /// All its slots.
     slots: Vec<Slot>,
-    /// For each representation, what it adds to a fusion; `None` where it says nothing.
+    /// For each representation, its contribution to a fusion; `None` without evidence.
     readings: Vec<Option<Reading>>,
 }
 
@@ -63,11 +63,11 @@ pub(super) struct Store<'a> {
     pub(super) world: &'a World,
     truth: Arc<Truth>,
     tables: &'a [Option<Rays>],
-    /// Where the backend keeps first hits.
+    /// The slots of first hits on the backend.
     first_hits: &'a FirstHitSlots,
     window: Window,
     held: HashMap<EvidenceKey, HeldEvidence>,
-    /// In the order they were made.
+    /// In the order of creation.
     oldest: VecDeque<EvidenceKey>,
     vacant: Vec<Slot>,
     slots: usize,
@@ -99,7 +99,7 @@ impl<'a> Store<'a> {
         }
     }
 
-    /// Makes the evidence of the first choices, as many as fit at once; returns how many those are.
+    /// Makes the evidence of the first choices, as many as fit at once; returns their number.
     pub(super) fn make_ready(
         &mut self,
         pose_choices: &[PoseChoice],
@@ -145,7 +145,7 @@ impl<'a> Store<'a> {
         Ok(count)
     }
 
-    /// What the members of a choice say, in the order they speak, each in its representation.
+    /// The evidence of a choice's members, in the order of precedence, each in its representation.
     pub(super) fn readings(
         &self,
         pose_choice: &PoseChoice,
@@ -165,14 +165,14 @@ impl<'a> Store<'a> {
         })
     }
 
-    /// One slot for what is cast, and one for what the host may add in each representation.
+    /// One slot for the cast evidence, and one for the host's addition in each representation.
     fn most_slots(&self, key: &EvidenceKey) -> usize {
         let kind = &self.study.sensors[key.sensor].kind;
         let added = (0..kind.representations().len()).filter(|&representation| kind.adds(representation));
         self.tables[key.sensor].is_some() as usize + added.count()
     }
 
-    /// Drops the oldest evidence that is not wanted until what is missing fits.
+    /// Drops the oldest unneeded evidence until the missing one fits.
     fn make_room(&mut self, missing: &[EvidenceKey], wanted: &HashSet<EvidenceKey>) {
         let needed: usize = missing.iter().map(|key| self.most_slots(key)).sum();
         let mut kept = VecDeque::new();
@@ -188,13 +188,13 @@ impl<'a> Store<'a> {
         self.oldest = kept;
     }
 
-    /// Casts and claims what is missing.
+    /// Casts and claims the missing evidence.
     fn make(&mut self, missing: &[EvidenceKey], backend: &mut dyn Backend) -> Result<()> {
-        let said: Vec<(GridPose, Vec<Claim>)> =
+        let claims_of_missing: Vec<(GridPose, Vec<Claim>)> =
             missing.par_iter().map(|key| self.sensor_claims(key)).collect();
         let mut shots: Vec<Vec<Shot>> = vec![Vec::new(); self.tables.len()];
         let mut uploads: Vec<(Slot, Planes)> = Vec::new();
-        for (key, (placement, claims)) in missing.iter().zip(said) {
+        for (key, (placement, claims)) in missing.iter().zip(claims_of_missing) {
             let mut slots = Vec::new();
             let mut take = |vacant: &mut Vec<Slot>| {
                 let slot = vacant.pop().expect("room was made for all that is missing");
@@ -230,7 +230,7 @@ impl<'a> Store<'a> {
         backend.upload(uploads)
     }
 
-    /// Where a sensor is, and what it says in each representation.
+    /// The pose of a sensor, and its claims in each representation.
     fn sensor_claims(&self, key: &EvidenceKey) -> (GridPose, Vec<Claim>) {
         let (world, spec) = (self.world, &self.study.sensors[key.sensor]);
         let station = Station {

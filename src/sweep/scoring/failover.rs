@@ -20,32 +20,32 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// How many choices a fallback does before a device that failed is tried again.
+/// The number of choices of a fallback before the failed device is tried again.
 const CHOICES_BEFORE_RETRY: usize = 64;
 
-/// How often a device may fail, with little done between, before it is given up.
+/// The number of failures, with little work between, before a device is given up.
 const MOST_FAILURES: u32 = 3;
 
-/// A device that does so many choices between two failures starts again with a clean record.
+/// After this many choices since the last failure, failures are counted from zero again.
 const CLEAN_AFTER: u64 = 1000;
 
-/// What the stages of a backend's work took, in the order they run.
+/// Stage times of a backend, in stage order.
 pub(super) type Timings = Vec<StageTiming>;
 
-/// A task that another backend can continue, because it keeps account of what is finished.
+/// A task that another backend can continue, because it tracks its finished choices.
 pub(super) trait Resumable: Task {
-    /// How many choices are finished.
+    /// The number of finished choices.
     fn finished(&self) -> u64;
 
-    /// This backend works from now on.
+    /// The current backend changes to this one.
     fn begin(&mut self, _: Fallback) {}
 
-    /// Checks what a device did, before another backend begins and at the end.
+    /// Checks the counts of a device, before another backend starts and at the end.
     fn check(&mut self, _: &mut dyn BackendFactory) -> Result<()> {
         Ok(())
     }
 
-    /// Whether nothing is left of some choices, or it was stopped.
+    /// Whether nothing is left of some choices, or the task was stopped.
     fn is_over(&self, _: &[PoseChoice]) -> bool {
         true
     }
@@ -56,7 +56,7 @@ pub(super) trait Resumable: Task {
     }
 }
 
-/// The choices of a study that a task is about.
+/// The choices of a task.
 #[derive(Clone, Copy)]
 pub(super) struct TaskChoices<'a> {
     pub(super) study: &'a Study,
@@ -64,13 +64,13 @@ pub(super) struct TaskChoices<'a> {
     pub(super) pose_choices: &'a [PoseChoice],
 }
 
-/// Works with the backend of the user's choice, and replaces it where it fails: in one task after the other.
+/// Works with the backend of the user's choice, and replaces it if it fails: for one task after the other.
 pub struct Failover<'a> {
     backends: &'a mut dyn BackendFactory,
     progress: &'a dyn Progress,
-    /// The backend that is to be opened next.
+    /// The next backend to open.
     fallback: Fallback,
-    /// How often the device failed with little done between.
+    /// The number of failures with little work between.
     failures: u32,
     /// Choices that earlier tasks finished since the last failure.
     finished_since: u64,
@@ -78,7 +78,7 @@ pub struct Failover<'a> {
 }
 
 impl<'a> Failover<'a> {
-    /// No device failed yet.
+    /// Without failures.
     pub fn new(backends: &'a mut dyn BackendFactory, progress: &'a dyn Progress) -> Failover<'a> {
         Failover {
             backends,
@@ -90,17 +90,17 @@ impl<'a> Failover<'a> {
         }
     }
 
-    /// What follows the work.
+    /// The progress of the work.
     pub fn progress(&self) -> &'a dyn Progress {
         self.progress
     }
 
-    /// Whether the CPU takes over and checks.
+    /// Whether the CPU is the fallback and checks counts.
     pub fn needs_check(&self) -> bool {
         self.backends.needs_check()
     }
 
-    /// Opens the backend of the user's choice; the CPU once that was given up.
+    /// Opens the backend of the user's choice; the CPU if that was given up.
     pub(super) fn open(&mut self) -> Result<Box<dyn Backend + Send>> {
         let backend = self.backends.open(self.fallback)?;
         if self.fallback == Fallback::None {
@@ -109,13 +109,13 @@ impl<'a> Failover<'a> {
         Ok(backend)
     }
 
-    /// Checks what a task has left to be checked.
+    /// Runs the remaining checks of a task.
     pub(super) fn check(&mut self, task: &mut dyn Resumable) -> Result<()> {
         task.check(self.backends)
     }
 
-    /// Does what is left of a task with a backend from [`Failover::open`], until it is done or stopped. Returns what the
-    /// stages of the last backend's work took.
+    /// Does the rest of a task with a backend from [`Failover::open`], until it is finished or stopped. Returns the
+    /// stage times of the last backend.
     pub(super) fn work(
         &mut self,
         choices: TaskChoices,
@@ -174,7 +174,7 @@ impl<'a> Failover<'a> {
     /// Opens the device again; the CPU if it failed too often, or cannot be opened.
     fn open_again(&mut self) -> Result<Box<dyn Backend + Send>> {
         if self.failures < MOST_FAILURES {
-            // It was opened before, so a failure to open it now is the device's.
+            // It was opened before, so a failure now is the device's.
             if let Ok(backend) = self.backends.open(Fallback::None) {
                 return Ok(backend);
             }
@@ -183,15 +183,15 @@ impl<'a> Failover<'a> {
         self.backends.open(Fallback::Cpu)
     }
 
-    /// Does the next few choices of the world that a device failed in: the device again, with little at a
-    /// time, or the CPU. Returns which.
+    /// Does the next few choices of the world in which a device failed: by the device in small batches, or by the CPU.
+    /// Returns the one used.
     fn do_some(
         &mut self,
         choices: TaskChoices,
         world: Option<&World>,
         task: &mut dyn Resumable,
     ) -> Result<&'static str> {
-        // What waits to be checked would keep the next backend from beginning.
+        // Waiting checks would block the next backend.
         task.check(self.backends)?;
         for (fallback, who) in
             [(Fallback::Small, "the same device in small batches"), (Fallback::Cpu, "the CPU")]
@@ -202,7 +202,7 @@ impl<'a> Failover<'a> {
                 catch_panic(|| world.map_or(Ok(()), |world| chunk(choices, world, backend.as_mut(), task)))
             });
             match done {
-                // If even small batches do not fit, the input is not to blame.
+                // If even small batches do not fit, the input is not the cause.
                 Err(Error::Device(_) | Error::Bug(_) | Error::Input(_)) if fallback != Fallback::Cpu => {}
                 other => return other.map(|()| who),
             }
@@ -211,7 +211,7 @@ impl<'a> Failover<'a> {
     }
 }
 
-/// Does the next few choices of a world, with little at a time.
+/// Does the next few choices of a world in small batches.
 fn chunk(
     TaskChoices { study, pose_choices, .. }: TaskChoices,
     world: &World,
@@ -232,7 +232,7 @@ fn place_of(world: &World) -> [usize; 2] {
     [world.scene, world.snapshot]
 }
 
-/// A task, and the place of the world that it works on.
+/// A task, and the place of its current world.
 struct Located<'a> {
     task: &'a mut dyn Resumable,
     entered: &'a mut Option<[usize; 2]>,

@@ -1,5 +1,5 @@
-//! Candidates × scenes → counts: the main job, what keeps it safe on disk and splits it over machines, and
-//! the comparison of backends. Tables of results are written by `results`.
+//! Candidates × scenes → counts: the main job, its safe storage on disk and its distribution over machines, and the
+//! comparison of backends. `results` writes the tables.
 
 mod ahead;
 pub mod bench;
@@ -30,19 +30,19 @@ pub use sets::run_on;
 pub struct Row {
     /// Index of the scene.
     pub scene: usize,
-    /// Which moment of the scene, counted from 0.
+    /// The moment of the scene, counted from 0.
     pub snapshot: usize,
-    /// Which repeat, counted from 0.
+    /// The repeat, counted from 0.
     pub repeat: usize,
     /// Index of the combination.
     pub combination: usize,
-    /// Number of the choice of poses ([`perirobot_study::input::Combination::choice`]).
+    /// Index of the choice of poses ([`perirobot_study::input::Combination::choice`]).
     pub choice: usize,
-    /// Number of the choice of representations ([`perirobot_study::input::Combination::representations`]).
+    /// Index of the choice of representations ([`perirobot_study::input::Combination::representations`]).
     pub representation: usize,
     /// Index of the region.
     pub region: usize,
-    /// What was right and wrong.
+    /// The counts.
     pub counts: Confusion,
 }
 

@@ -27,22 +27,22 @@ use perirobot_scene::truth::region::window_of;
 use perirobot_study::input::Study;
 use perirobot_study::world::{World, ray_tables_of};
 
-/// Says which rows are wanted, and takes them as they come.
+/// Selects the wanted rows, and receives them.
 pub trait Ledger {
     /// Whether the rows of a choice are wanted, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
-    /// Takes the rows of some choices in one repeat of a world: choice by choice, representation by
-    /// representation, region by region.
+    /// Receives the rows of some choices in one repeat of a world: choice by choice, representation by representation,
+    /// region by region.
     fn take(&mut self, rows: &[Row]) -> Result<()>;
 
-    /// Whether nothing more is to be begun.
+    /// Whether no more work may start.
     fn enough(&mut self) -> bool {
         false
     }
 }
 
-/// A ledger that wants everything and keeps it in memory.
+/// A ledger that wants all rows and stores them in memory.
 impl Ledger for Vec<Row> {
     fn wants(&self, _: &World, _: usize, _: &PoseChoice) -> bool {
         true
@@ -54,17 +54,17 @@ impl Ledger for Vec<Row> {
     }
 }
 
-/// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat,
-/// combination, choice, representation, region. For studies whose rows fit memory.
+/// Scores every choice of every combination in every scene, rows in study order: scene, snapshot, repeat, combination,
+/// choice, representation, region. For studies whose rows fit into memory.
 pub fn run(study: &Study, worlds: &[World], backend: &mut dyn Backend) -> Result<Vec<Row>> {
     let pose_choices: Vec<PoseChoice> = layout_of(study).all_choices().collect();
     run_some(study, worlds, &pose_choices, backend)
 }
 
-/// [`run`], which may be stopped; nothing else is reported.
+/// [`run`] with a stop; reports no progress.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped`.
+/// If the backend fails; `Error::Stopped`.
 pub fn run_unless(
     study: &Study,
     worlds: &[World],
@@ -81,7 +81,7 @@ pub fn run_unless(
     Ok(taken.rows)
 }
 
-/// A ledger that wants everything, until there is a reason to stop.
+/// A ledger that wants all rows, until there is a reason to stop.
 struct UntilStopped<'a> {
     rows: Vec<Row>,
     progress: &'a dyn Progress,
@@ -104,7 +104,7 @@ impl Ledger for UntilStopped<'_> {
     }
 }
 
-/// [`run`], of some choices.
+/// [`run`] for some choices.
 pub(super) fn run_some(
     study: &Study,
     worlds: &[World],
@@ -117,7 +117,7 @@ pub(super) fn run_some(
     Ok(rows)
 }
 
-/// Scores what a ledger wants of some choices, and hands over rows as soon as they are counted.
+/// Scores the wanted rows of some choices, and passes them on as soon as they are counted.
 pub fn run_choices(
     study: &Study,
     worlds: &[World],
@@ -129,7 +129,7 @@ pub fn run_choices(
     each_world(study, worlds, pose_choices, batch, backend, &mut Scoring(ledger))
 }
 
-/// The task of scoring what a ledger wants.
+/// The task of scoring a ledger's wanted rows.
 struct Scoring<'a>(&'a mut dyn Ledger);
 
 impl Task for Scoring<'_> {
@@ -146,28 +146,27 @@ impl Task for Scoring<'_> {
     }
 }
 
-/// A task with the evidence of choices, world by world.
+/// A task on the evidence of choices, world by world.
 pub(super) trait Task {
-    /// Work on a world begins.
+    /// Work on a world starts.
     fn begins(&mut self, _: &World) {}
 
-    /// The part of a world that evidence is kept of.
+    /// The part of a world that evidence covers.
     fn window(&self, world: &World) -> Window {
         window_of(&world.regions)
     }
 
-    /// Whether anything is to be done with a choice, in one repeat of a world.
+    /// Whether a choice is needed, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
-    /// Does what is wanted of some choices, in every repeat, with a store for a world that the backend has
-    /// loaded.
+    /// Does the work on some choices, in every repeat, with a store for a world that the backend has loaded.
     fn work(&mut self, store: Store, pose_choices: &[PoseChoice], backend: &mut dyn Backend) -> Result<()>;
 
-    /// Whether nothing more is to be begun.
+    /// Whether no more work may start.
     fn enough(&mut self) -> bool;
 }
 
-/// Loads one world after the other, and does a task with the choices that are wanted there.
+/// Loads one world after the other, and runs a task on the choices that are needed there.
 pub(super) fn each_world(
     study: &Study,
     worlds: &[World],
@@ -193,7 +192,7 @@ pub(super) fn each_world(
         left.retain(|pose_choice| snapshots.iter().any(|world| wanted(world, pose_choice, task)));
         let mut left = left.as_slice();
         while !left.is_empty() {
-            // A backend takes a new allocation for a new layer, and forgets first hits under the old numbers.
+            // A backend allocates anew for a new layer, and forgets first hits under the old indices.
             let over_time = snapshots[0].over_time.as_ref().map(|all| Arc::new(all.as_ref().clone()));
             let mut group: Option<(&[PoseChoice], FirstHitSlots)> = None;
             for (number, world) in snapshots.iter().enumerate() {
@@ -208,7 +207,7 @@ pub(super) fn each_world(
                 let first = || first_group(study, snapshots, &tables, left, backend.first_hit_slots());
                 let (group, first_hits) = group.get_or_insert_with(first);
                 let store = Store::new(study, (world, window), &tables, first_hits, backend.slots(), batch);
-                // The next world in which anything of these choices is wanted, or of the next scene.
+                // The next world, of this scene or the next, that needs any of these choices.
                 let is_wanted = |world: &&World, some: &[PoseChoice]| {
                     some.iter().any(|pose_choice| wanted(world, pose_choice, task))
                 };
@@ -229,8 +228,8 @@ pub(super) fn each_world(
     Ok(())
 }
 
-/// The first choices whose sensors' first hits fit this many places, and those places. First hits of a sensor
-/// that moves are not kept, nor those of a scene with one snapshot.
+/// The first choices whose sensors' first hits fit this many slots, and those slots. First hits of a moving sensor are
+/// not stored, nor those of a scene with one snapshot.
 fn first_group<'a>(
     study: &Study,
     snapshots: &[World],
@@ -266,15 +265,15 @@ fn first_group<'a>(
     (pose_choices, first_hits)
 }
 
-/// Choices whose counts are asked for, with as many representations each.
+/// Choices whose counts are requested, with the same number of representations each.
 struct CountRequest {
     repeat: usize,
     pose_choices: Vec<PoseChoice>,
     jobs: usize,
 }
 
-/// Scores what is wanted of some choices in one world, in every repeat, as many at a time as their evidence
-/// fits the backend.
+/// Scores the wanted rows of some choices in one world, in every repeat, as many at a time as their evidence fits the
+/// backend.
 pub(super) fn score(
     mut store: Store,
     pose_choices: &[PoseChoice],
@@ -295,8 +294,8 @@ pub(super) fn score(
             let batch;
             (batch, left) = left.split_at(store.make_ready(left, repeat, backend)?);
             let before = open.len();
-            // One rule of fusion a request, and as many representations of each choice; combinations follow each other, so
-            // this rarely cuts a batch.
+            // One rule of fusion per request, and the same number of representations of each choice; combinations are
+            // consecutive, so this rarely cuts a batch.
             for of_one in batch.chunk_by(|a, b| fusion(a) == fusion(b) && ways(a) == ways(b)) {
                 let jobs = of_one.iter().flat_map(|pose_choice| {
                     representations[pose_choice.combination].iter().map(move |way| (pose_choice, way))
@@ -314,7 +313,7 @@ pub(super) fn score(
     open.iter().try_for_each(|request| answer(store.world, request, backend, ledger))
 }
 
-/// Gives the rows of the oldest open request to the ledger.
+/// Passes the rows of the oldest open request to the ledger.
 fn answer(
     world: &World,
     request: &CountRequest,

@@ -1,5 +1,5 @@
-//! Reads the evidence of sensors back from a backend, voxel by voxel: of choices in study order, cast as a
-//! sweep casts them, without counting.
+//! Reads the evidence of sensors from a backend, voxel by voxel: for choices in study order, cast as in a sweep,
+//! without counting.
 
 use super::evidence::{BatchSize, Store};
 use super::failover::{Failover, Resumable, TaskChoices};
@@ -11,52 +11,51 @@ use perirobot_march::voxel::Window;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// Choices whose evidence is read back at once, fewer where their planes take more bytes than this.
+/// Choices per read; fewer if their planes take more bytes than this.
 const AT_ONCE: usize = 64;
 const BYTES_AT_ONCE: u64 = 256 << 20;
 
 /// The evidence of one sensor of a choice.
 #[derive(Clone, Debug)]
 pub struct SensorSays {
-    /// Its evidence in parts, which are joined. Each covers the reader's window, or a part of it outside of which it
-    /// says nothing.
+    /// Its evidence in parts, to be merged. Each covers the reader's window, or a part of it, and is empty elsewhere.
     pub parts: Vec<Planes>,
-    /// Whether its hits are voxels of people that a presence sensor feels.
+    /// Whether its hits are people's voxels that a presence sensor feels.
     pub presence: bool,
 }
 
-/// Says which evidence is wanted, and takes it.
+/// Selects the wanted evidence, and receives it.
 pub trait EvidenceReader {
-    /// The part of a world of which evidence is read.
+    /// The part of a world to read.
     fn window(&self, world: &World) -> Window;
 
     /// Whether the evidence of a choice is wanted, in one repeat of a world.
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool;
 
-    /// Takes the evidence of the sensors of some choices in one repeat of a world. A sensor without evidence
-    /// is left out.
+    /// Receives the evidence of the sensors of some choices in one repeat of a world. A sensor without evidence is left
+    /// out.
     fn take(&mut self, world: &World, repeat: usize, said: Vec<(PoseChoice, Vec<SensorSays>)>) -> Result<()>;
 
-    /// Whether nothing more is to be begun.
+    /// Whether no more work may start.
     fn enough(&mut self) -> bool;
 }
 
-/// What is read, and in which representation of each sensor.
+/// The evidence to read, with the representation of each sensor.
 #[derive(Clone, Copy)]
 pub struct ReadPlan<'a> {
     /// The study.
     pub study: &'a Study,
     /// Its scenes at their moments.
     pub worlds: &'a [World],
-    /// Which choices.
+    /// The choices.
     pub pose_choices: &'a [PoseChoice],
-    /// Of each sensor of the study, the number of a representation.
+    /// The index of a representation for each sensor of the study.
     pub representations: &'a [usize],
 }
 
 impl ReadPlan<'_> {
-    /// Reads it with the backend of a user's choice; others step in where a device fails. A reader must not want again
-    /// what it took.
+    /// Reads the evidence with the user's backend, and fallbacks for a failing device. A reader must not want evidence
+    /// twice.
     pub fn read_on(&self, failover: &mut Failover, reader: &mut dyn EvidenceReader) -> Result<()> {
         let ReadPlan { study, worlds, pose_choices, representations } = *self;
         let choices = TaskChoices { study, worlds, pose_choices };
@@ -64,7 +63,7 @@ impl ReadPlan<'_> {
         failover.work(choices, backend, &mut ReadTask { representations, reader, taken: 0 }).map(drop)
     }
 
-    /// Reads it with one backend.
+    /// Reads the evidence with one backend.
     pub fn read(&self, backend: &mut dyn Backend, reader: &mut dyn EvidenceReader) -> Result<()> {
         let ReadPlan { study, worlds, pose_choices, representations } = *self;
         let mut task = ReadTask { representations, reader, taken: 0 };
@@ -72,12 +71,12 @@ impl ReadPlan<'_> {
     }
 }
 
-/// The task of reading what a reader wants.
+/// The task of reading a reader's wanted evidence.
 struct ReadTask<'a> {
-    /// Of each sensor of the study.
+    /// For each sensor of the study.
     representations: &'a [usize],
     reader: &'a mut dyn EvidenceReader,
-    /// How many choices were taken.
+    /// The number of received choices.
     taken: u64,
 }
 
@@ -107,8 +106,8 @@ impl Task for ReadTask<'_> {
                 let made;
                 (made, left) = left.split_at(store.make_ready(left, repeat, backend)?);
                 for some in made.chunks(at_once) {
-                    let said = self.sense_choices(&store, some, repeat, backend)?;
-                    self.reader.take(store.world, repeat, said)?;
+                    let evidence = self.sense_choices(&store, some, repeat, backend)?;
+                    self.reader.take(store.world, repeat, evidence)?;
                     self.taken += some.len() as u64;
                 }
             }
@@ -146,13 +145,13 @@ impl ReadTask<'_> {
         let slots = |reading: &backend::Reading| [Some(reading.slot), reading.volume].into_iter().flatten();
         let all: Vec<Slot> = readings.iter().flatten().flat_map(slots).collect();
         let mut planes = backend.planes(&all)?.into_iter();
-        let said = pose_choices.iter().zip(readings).map(|(pose_choice, readings)| {
+        let evidence = pose_choices.iter().zip(readings).map(|(pose_choice, readings)| {
             let each = readings.iter().map(|reading| SensorSays {
                 parts: planes.by_ref().take(slots(reading).count()).collect(),
                 presence: reading.presence,
             });
             (*pose_choice, each.collect())
         });
-        Ok(said.collect())
+        Ok(evidence.collect())
     }
 }

@@ -1,4 +1,4 @@
-//! A few poses of a study, cast before it is swept: how their rays end, and how long all of them would take.
+//! A few poses of a study, cast before its sweep: the ends of their rays, and the estimated time of all.
 
 use std::collections::HashSet;
 use std::time::Instant;
@@ -13,25 +13,25 @@ use perirobot_scene::truth::region::window_of;
 use perirobot_study::input::Study;
 use perirobot_study::world::{World, ray_tables_of};
 
-/// Moments of a study that are looked at, spread evenly.
+/// Sampled moments of a study, evenly spaced.
 const MOMENTS: usize = 4;
-/// Sensors of a study that are looked at, spread evenly.
+/// Sampled sensors of a study, evenly spaced.
 pub const SENSORS: usize = 1000;
-/// Combinations that are timed, spread evenly.
+/// Timed combinations, evenly spaced.
 const COMBINATIONS: usize = 1000;
-/// Rays of a pose that are looked at, spread evenly.
+/// Sampled rays of a pose, evenly spaced.
 const RAYS: usize = 20_000;
-/// A measurement must take this many seconds to be trusted.
+/// Least duration of a reliable measurement, in seconds.
 const LONG_ENOUGH_S: f64 = 0.5;
 /// Rows of choices that share their poses.
 const ROWS: usize = 8;
-/// Choices that share their poses must take this many seconds longer than choices that do not.
+/// Least difference in seconds between choices that share their poses and choices that do not.
 const IN_A_ROW_S: f64 = 1.5;
 
-/// How the rays of a sensor ended, at some of its poses.
+/// The ends of a sensor's rays, at some of its poses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EndCounts {
-    /// Poses that were cast, each moment for itself.
+    /// Cast poses, in each moment.
     pub poses: u64,
     /// Rays that hit something within their range.
     pub returns: u64,
@@ -44,17 +44,17 @@ pub struct EndCounts {
 }
 
 impl EndCounts {
-    /// All rays that were looked at.
+    /// All sampled rays.
     pub fn rays(&self) -> u64 {
         self.returns + self.too_near + self.too_far + self.left
     }
 }
 
-/// How the rays of each sensor end, at this many of its poses, spread evenly; empty for a sensor without
-/// rays, and for one that is not among the [`SENSORS`] that are looked at.
+/// The ends of each sensor's rays, at this many of its poses, evenly spaced; empty for a sensor without rays, and for
+/// one that is not among the [`SENSORS`] sampled ones.
 ///
 /// # Errors
-/// When the backend fails.
+/// If the backend fails.
 pub fn ends(
     study: &Study,
     worlds: &[World],
@@ -98,27 +98,26 @@ fn add(all: &mut EndCounts, rays: &Rays, placement: &GridPose, ends: &[End]) {
     }
 }
 
-/// The distance at which a ray would have crossed the next boundary: within its range only if that led out of
-/// the grid.
+/// The distance at which a ray would have crossed the next boundary: it is within the range only if the ray left the
+/// grid.
 fn next_after_q16(placement: &GridPose, dir_q15: [i32; 3], end: &End) -> u32 {
     let mut after = crossings(placement.launch(dir_q15)).skip(end.crossings as usize);
     after.next().map_or(NEVER, |crossing| crossing.t_q16)
 }
 
-/// The backend that counts again what a device counts, and one choice in how many.
+/// The backend that recounts a device's counts, and its share of choices.
 pub struct Checker<'a> {
     /// The backend.
     pub backend: &'a mut dyn Backend,
-    /// One in so many.
+    /// One choice in this many.
     pub every: u64,
 }
 
-/// Estimates how long a sweep takes, in seconds, from the time of some choices of poses: a time for each pose
-/// that is cast, one for each choice that is fused and counted, and the time of a checker. Making scenes
-/// ready is not included.
+/// Estimates the duration of a sweep, in seconds, from the time of some choices of poses: a time per cast pose, one per
+/// fused and counted choice, and the time of a checker. Without the preparation of scenes.
 ///
 /// # Errors
-/// When a backend fails.
+/// If a backend fails.
 pub fn seconds(
     study: &Study,
     worlds: &[World],
@@ -132,13 +131,13 @@ pub fn seconds(
     let most_asks: usize = sizes.iter().map(|(_, choices)| choices).sum();
     let some = |which: &dyn Fn(usize) -> Vec<usize>| -> Vec<PoseChoice> {
         let sizes = sizes.iter().copied();
-        let of_one = |(combination, choices)| {
+        let pose_choices = |(combination, choices)| {
             which(choices).into_iter().map(move |choice| PoseChoice { combination, choice })
         };
-        sizes.flat_map(of_one).collect()
+        sizes.flat_map(pose_choices).collect()
     };
     let here = &worlds[..1];
-    // The first choice takes longer, since the scene is made ready for it.
+    // The first choice takes longer, since it includes the preparation of the scene.
     let mut apart = some(&|choices| spread(1, choices));
     let first = apart[..1].to_vec();
     let warm_s = took_s(study, here, &first, backend)?;
@@ -149,8 +148,8 @@ pub fn seconds(
         apart = some(&|choices| spread(most, choices));
         apart_s = took_s(study, here, &apart, backend)?;
     }
-    // Choices in a row share most of their poses: their time shows what a choice takes without its poses,
-    // which matters where there are millions.
+    // Consecutive choices share most of their poses: their time shows the cost of a choice without its poses, which
+    // matters for millions of choices.
     let (mut in_a_row, mut in_a_row_s) = (apart.clone(), apart_s);
     let shares_poses = study.combinations.iter().any(|combination| combination.members.len() > 1);
     while shares_poses && apart.len() < most_asks {
@@ -161,17 +160,17 @@ pub fn seconds(
         }
         most *= 4;
     }
-    let beyond = |pose_choices: &[PoseChoice]| {
+    let extra = |pose_choices: &[PoseChoice]| {
         [poses(study, pose_choices) - poses(study, &first), pose_choices.len() - first.len()]
             .map(|count| count as f64)
     };
-    let each = both([beyond(&apart), beyond(&in_a_row)], [apart_s - ready_s, in_a_row_s - ready_s]);
+    let each = solve_two([extra(&apart), extra(&in_a_row)], [apart_s - ready_s, in_a_row_s - ready_s]);
     let members = study.combinations.iter().flat_map(|combination| &combination.members);
     let every =
         members.flat_map(|member| member.candidates.iter().map(|&candidate| (member.sensor, candidate)));
     let rest = [every.collect::<HashSet<_>>().len() - poses(study, &first), all - first.len()];
     let moment_s = ready_s + each[0] * rest[0] as f64 + each[1] * rest[1] as f64;
-    // First hits in objects that stand still are cast once for all moments of a scene.
+    // First hits on static objects are cast once for all moments of a scene.
     let again = match worlds {
         [one, two, ..] if one.scene == two.scene => {
             (took_s(study, &worlds[..2], &apart, backend)? / apart_s - 1.0).clamp(0.0, 1.0)
@@ -191,7 +190,7 @@ pub fn seconds(
     Ok(moment_s * moments + checks_s)
 }
 
-/// About this many choices, in runs that begin evenly spread, since the first poses need not be typical.
+/// About this many choices, in runs with evenly spaced starts, since the first poses may not be typical.
 fn rows_of(most: usize, choices: usize) -> Vec<usize> {
     let each = most.div_ceil(ROWS);
     let rows = spread(ROWS, choices).into_iter().map(|first| first..(first + each).min(choices));
@@ -201,7 +200,7 @@ fn rows_of(most: usize, choices: usize) -> Vec<usize> {
     all
 }
 
-/// How long some choices take in these worlds.
+/// The time of some choices in these worlds.
 fn took_s(
     study: &Study,
     worlds: &[World],
@@ -213,9 +212,9 @@ fn took_s(
     Ok(begin.elapsed().as_secs_f64())
 }
 
-/// The time of each of two kinds of work, never negative, from two measurements of mixtures of both. If both
-/// mixtures are the same, all time counts as the first kind's.
-fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
+/// The time of each of two kinds of work, never negative, from two measurements of mixtures of both. If both mixtures
+/// are the same, all time counts as the first kind's.
+fn solve_two([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
     let area = a[0] * b[1] - b[0] * a[1];
     let alone = |kind: usize| {
         let each = (took_s[0] + took_s[1]).max(0.0) / (a[kind] + b[kind]).max(1.0);
@@ -232,17 +231,17 @@ fn both([a, b]: [[f64; 2]; 2], took_s: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// How many different poses some choices have, each sensor for itself.
+/// The number of different poses of some choices, sensor by sensor.
 fn poses(study: &Study, pose_choices: &[PoseChoice]) -> usize {
-    let of = |pose_choice: &PoseChoice| {
+    let poses_of = |pose_choice: &PoseChoice| {
         let combination = &study.combinations[pose_choice.combination];
         let sensors = combination.members.iter().map(|member| member.sensor);
         sensors.zip(combination.choice(pose_choice.choice)).collect::<Vec<_>>()
     };
-    pose_choices.iter().flat_map(of).collect::<HashSet<_>>().len()
+    pose_choices.iter().flat_map(poses_of).collect::<HashSet<_>>().len()
 }
 
-/// Wants everything and keeps nothing.
+/// Wants all rows and stores none.
 struct Forgetful;
 
 impl Ledger for Forgetful {

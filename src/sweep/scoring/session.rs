@@ -26,7 +26,7 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// A sweep whose folder is open.
+/// A sweep with an open folder.
 pub struct Session<'a> {
     study: &'a Study,
     worlds: &'a [World],
@@ -36,42 +36,42 @@ pub struct Session<'a> {
     journal: Journal,
     manifest: Manifest,
     done: Done,
-    /// Places of the journal that were damaged; what was there is done again.
+    /// Damaged places of the journal; their rows are counted again.
     pub damaged: u64,
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ending {
-    /// All is done.
+    /// All rows are finished.
     Finished,
-    /// It was stopped, for this reason.
+    /// The run was stopped, for this reason.
     Stopped(String),
 }
 
-/// What a run did.
+/// The report of a run.
 #[derive(Clone, Debug)]
 pub struct RunReport {
-    /// How it ended.
+    /// Its end.
     pub ending: Ending,
-    /// What the manifest says of it.
+    /// Its entry in the manifest.
     pub run: Run,
-    /// What the stages of the last backend's work took.
+    /// Stage times of the last backend.
     pub timings: Timings,
 }
 
-/// The folder of a shard below the folder of the sweep, were it the only one.
+/// The folder of a shard below the folder of the sweep; the sweep's own folder for a single one.
 pub fn folder_of(out: &Path, Shard { number, of }: Shard) -> PathBuf {
     out.join(format!("shard-{number}-of-{of}"))
 }
 
 impl<'a> Session<'a> {
-    /// Opens a folder, and resumes the same sweep there or, with `restart`, replaces any sweep. `command` is
-    /// the command that does so, word by word.
+    /// Opens a folder, and resumes the same sweep there or, with `restart`, replaces any sweep. `command` is the
+    /// command of the sweep, word by word.
     ///
     /// # Errors
-    /// `Error::Input` if the folder holds anything else, with what has changed, or cannot be written to;
-    /// `Error::Busy` if another run is at work in it; `Error::Storage` if the disk fails.
+    /// `Error::Input` if the folder contains anything else, with the differences, or is not writable; `Error::Busy` if
+    /// another run uses it; `Error::Storage` if the disk fails.
     pub fn open(
         study: &'a Study,
         worlds: &'a [World],
@@ -85,7 +85,7 @@ impl<'a> Session<'a> {
         if places.is_empty() {
             let choices = layout.pose_choices();
             let what = format!(
-                "has no work: the study has {choices} choices of poses, for {choices} shards at most"
+                "has no work: the study has only {choices} choices of poses, enough for {choices} shards"
             );
             let place = Site::Argument(Argument("shard"), format!("{}/{}", shard.number, shard.of));
             return Err(Issue::says(what).with_place(place).into());
@@ -115,7 +115,7 @@ impl<'a> Session<'a> {
             (false, Ok(Some(found))) => return Err(another(path, found, &header, &manifest)),
             (false, Err(unfit)) => {
                 let cure = match unfit {
-                    Unfit::Damaged => Words::from(Argument("restart")) + " begins anew",
+                    Unfit::Damaged => Words::from(Argument("restart")) + " starts over",
                     Unfit::Format(_) => "name another folder".into(),
                     Unfit::Foreign => "name another folder, or move it away".into(),
                 };
@@ -127,9 +127,9 @@ impl<'a> Session<'a> {
             (false, Ok(None)) if folder.table().is_some() => {
                 let table = folder.table().unwrap_or_default();
                 let what = format!(
-                    "is of an earlier sweep, whose {JOURNAL} is gone, so that nothing is left to go on with"
+                    "belongs to an earlier sweep whose {JOURNAL} is missing, so it cannot be resumed"
                 );
-                let cure = Words::from("name another folder, or ") + Argument("restart") + " to lose it";
+                let cure = Words::from("name another folder, or ") + Argument("restart") + " to discard it";
                 return Err(Error::input(path.join(table), what).with_advice(cure));
             }
             (true, _) | (false, Ok(None)) => {
@@ -143,23 +143,22 @@ impl<'a> Session<'a> {
         Ok(Session { study, worlds, folder, layout, pose_choices, journal, manifest, done, damaged })
     }
 
-    /// How many choices there are to score, each snapshot of a scene and each repeat for itself.
+    /// The number of choices to score, in each snapshot and repeat.
     pub fn total(&self) -> u64 {
         (self.layout.blocks() * self.pose_choices.len()) as u64
     }
 
-    /// How many of them are finished.
+    /// The number of finished ones.
     pub fn finished_count(&self) -> u64 {
         self.done.count()
     }
 
-    /// Scores what is left. Where a device counts, one choice in `verify` is checked on the CPU; none if it
-    /// is 0.
+    /// Scores the rest. For a device, one choice in `verify` is checked on the CPU; none if it is 0.
     ///
     /// # Errors
-    /// `Error::Disagreement` if a device counted otherwise than the CPU; `Error::Storage` if the disk fails;
-    /// `Error::Device` if no backend can do the work; `Error::Bug` after a panic. But for the first, what is finished is
-    /// kept.
+    /// `Error::Disagreement` if a device and the CPU count differently; `Error::Storage` if the disk fails;
+    /// `Error::Device` if no backend can do the work; `Error::Bug` after a panic. Except for the first, finished rows
+    /// are kept.
     pub fn run(
         &mut self,
         backends: &mut dyn BackendFactory,
@@ -200,11 +199,11 @@ impl<'a> Session<'a> {
             Mutex::new(Record { journal: &mut self.journal, done: &mut self.done, is_set_aside: false });
         let several = devices.len() > 1;
         let with_tasks = devices.iter_mut().zip(labels).map(|(device, label)| {
-            // Rows of a run that was killed are checked beside the first device.
+            // Rows of a killed run are checked in parallel with the first device.
             let earlier = std::mem::take(&mut unchecked);
             let unchecked = match (device.needs_check() && verify > 0, earlier.is_empty()) {
-                (true, _) => Some(Picked::one_in(verify).and(earlier)),
-                (false, false) => Some(Picked::these(earlier)),
+                (true, _) => Some(Picked::one_in(verify).with_rows(earlier)),
+                (false, false) => Some(Picked::from_rows(earlier)),
                 (false, true) => None,
             };
             let checkpoint = Checkpoint {
@@ -250,7 +249,7 @@ impl<'a> Session<'a> {
         if ended.is_ok() && verify > 0 {
             self.manifest.runs_are_checked();
         }
-        // An error of writing down what the run did matters less than why the run failed.
+        // An error of the final record matters less than the reason for the failure.
         let written = self.folder.write(MANIFEST, &self.manifest.bytes());
         let timings = ended.and_then(|timings| synced.and(written).map(|()| timings))?;
         let ending = if self.finished_count() == self.total() {
@@ -261,12 +260,12 @@ impl<'a> Session<'a> {
         Ok(RunReport { ending, run, timings })
     }
 
-    /// Whether rows may be there that were counted by a device and never checked: its run was killed.
+    /// Whether there may be unchecked rows of a device: its run was killed.
     pub fn is_unchecked(&self) -> bool {
         self.manifest.has_unchecked_run()
     }
 
-    /// Of the rows that were never checked, those of the first choices and of one in `verify`.
+    /// Of the unchecked rows, those of the first choices and of one in `verify`.
     fn unchecked_rows(&self, verify: u64) -> Result<Vec<Vec<Row>>> {
         let mut picked = Vec::new();
         if verify == 0 || !self.is_unchecked() {
@@ -311,13 +310,13 @@ impl<'a> Session<'a> {
         Ok(counts.into_iter().enumerate().map(row).collect())
     }
 
-    /// The finished rows, to be looked at.
+    /// The finished rows, for reading.
     pub fn into_pages(self) -> Pages {
         Pages::new(vec![self.journal])
     }
 }
 
-/// What a device did.
+/// The report of a device.
 struct DeviceReport {
     ended: Result<Timings>,
     stopped: Option<String>,
@@ -336,17 +335,17 @@ fn moments(study: &Study) -> Vec<usize> {
     study.scenes.iter().map(first).collect()
 }
 
-/// The error for a folder whose sweep cannot be resumed.
+/// The error for a folder with a sweep that cannot be resumed.
 fn another(path: &Path, found: &JournalHeader, header: &JournalHeader, manifest: &Manifest) -> Error {
-    let cure = Words::from("name another folder, or begin anew with ")
+    let cure = Words::from("name another folder, or start over with ")
         + Argument("restart")
-        + " (what is finished there is then lost)";
+        + " (which discards its finished rows)";
     if found.fingerprint == header.fingerprint {
         let Shard { number, of } = found.shard;
-        let what = format!("holds shard {number}/{of} of this sweep");
+        let what = format!("contains shard {number}/{of} of this sweep");
         return Issue::says(what).with_advice(cure).with_place(path).into();
     }
     let changes = Manifest::read(path).map(|earlier| earlier.changes(manifest)).unwrap_or_default();
-    let what = if changes.is_empty() { "which is not known".into() } else { changes.join("; ") };
-    Error::input(path, Words::from(format!("holds a sweep of something else: {what}. ")) + cure)
+    let what = if changes.is_empty() { "unknown differences".into() } else { changes.join("; ") };
+    Error::input(path, Words::from(format!("contains another sweep: {what}. ")) + cure)
 }

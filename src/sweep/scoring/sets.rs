@@ -16,11 +16,11 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// Scores every choice of every combination of a study on the backend of a user's choice, rows in study order. Other
-/// backends step in where a device fails.
+/// Scores every choice of every combination of a study on the user's backend, rows in study order, with fallbacks for a
+/// failing device.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped`.
+/// If the backend fails; `Error::Stopped`.
 pub fn run_on(
     study: &Study,
     worlds: &[World],
@@ -49,7 +49,7 @@ pub fn run_on(
     Ok(rows)
 }
 
-/// The task of counting everything.
+/// The task of counting all choices.
 struct Counting<'a>(Taken<'a>);
 
 impl Task for Counting<'_> {
@@ -76,10 +76,10 @@ impl Resumable for Counting<'_> {
     }
 }
 
-/// The rows that were counted.
+/// The received rows.
 struct Taken<'a> {
     rows: Vec<Row>,
-    /// Scene, snapshot, repeat, combination and choice of what is there.
+    /// Scene, snapshot, repeat, combination and choice of the received rows.
     done: HashSet<[usize; 5]>,
     stopped: Option<String>,
     parts: &'a Parts<'a>,

@@ -1,4 +1,4 @@
-//! The task of a sweep: scores what the journal lacks, and has the CPU check what a device counted.
+//! The task of a sweep: scores the rows that the journal lacks, and lets the CPU check a device's counts.
 
 use std::path::Path;
 
@@ -16,12 +16,12 @@ use perirobot_study::world::World;
 
 /// The work of one device in a run.
 pub(super) struct Sweeping<'a> {
-    /// The device in words, where several work.
+    /// The device in words, if several work.
     pub(super) device: Option<String>,
     pub(super) choices: TaskChoices<'a>,
     pub(super) folder: &'a Path,
     pub(super) checkpoint: Checkpoint<'a>,
-    /// How many choices were checked.
+    /// The number of checked choices.
     pub(super) verified: u64,
     /// The backend that checks: the CPU.
     pub(super) checker: Option<Box<dyn Backend + Send>>,
@@ -47,11 +47,11 @@ impl Resumable for Sweeping<'_> {
     }
 
     fn begin(&mut self, fallback: Fallback) {
-        // The CPU need not be checked by the CPU.
+        // The CPU does not check itself.
         self.checkpoint.is_trusted = fallback == Fallback::Cpu;
     }
 
-    /// Checks what was picked. A difference ends the run, with the evidence in a file.
+    /// Checks the picked choices. A difference ends the run, with the evidence in a file.
     fn check(&mut self, backends: &mut dyn BackendFactory) -> Result<()> {
         let Some(picked) = &mut self.checkpoint.unchecked else { return Ok(()) };
         if self.checker.is_none() {
@@ -64,7 +64,7 @@ impl Resumable for Sweeping<'_> {
                 Ok(())
             }
             Err(difference) => {
-                // A later run or a merge would take rows of a device that counts wrongly for finished ones.
+                // A later run or a merge would accept rows of a device that counts wrongly as finished.
                 let mut record = self.checkpoint.record();
                 let kept = match std::mem::replace(&mut record.is_set_aside, true) {
                     false => set_aside(&mut record, self.folder, &difference.evidence),
@@ -90,7 +90,7 @@ impl Resumable for Sweeping<'_> {
     }
 }
 
-/// Sets all rows aside, and writes both counts of a difference down; says where they are.
+/// Sets all rows aside, and writes both counts of a difference into a file; returns a message with their places.
 fn set_aside(record: &mut Record, folder: &Path, evidence: &serde_json::Value) -> String {
     let cleared = match record.journal.set_aside(DISAGREED) {
         Ok(()) => format!("All rows of this folder are set aside in {DISAGREED}"),

@@ -1,4 +1,4 @@
-//! Sweeps of studies that ship.
+//! Sweeps of shipped studies.
 
 use super::order::run_some;
 use super::run;
@@ -10,8 +10,8 @@ use perirobot_scene::truth::region::window_of;
 use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
-/// No choice of any kind of sensor knows more of what is there than the ceiling says could be known; without
-/// noise, which may put a reading where none could be taken.
+/// No choice of any kind of sensor has more correct labels than the upper bound allows; without noise, which may
+/// displace a return to an impossible place.
 #[test]
 fn no_pose_beats_the_ceiling() {
     for name in ["tiny.toml", "sensors.toml"] {
@@ -32,7 +32,7 @@ fn no_pose_beats_the_ceiling() {
     }
 }
 
-/// The oracle makes each scene when it loads it.
+/// The oracle prepares each scene when it loads it.
 #[test]
 fn scenes_that_are_made_ahead_count_as_those_that_are_not() {
     let path =

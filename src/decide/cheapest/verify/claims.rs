@@ -1,4 +1,4 @@
-//! An answer in its folder, compared with the study: the question, the aims, the allowed sets and their costs.
+//! Compares an answer in its folder with the study: the question, the aims, the allowed sets and their costs.
 
 use std::path::{Path, PathBuf};
 
@@ -17,52 +17,52 @@ use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::place::Places;
 
-/// An answer that was read, to be verified.
+/// An answer to verify.
 pub struct PurchaseClaims {
     pub(super) folder: PathBuf,
     pub(super) report: PurchaseReport,
-    /// What is asked at each of its points.
+    /// The terms of each of its points.
     pub(super) asked: Vec<AskedPoint>,
     /// The candidates that disturb each other.
     pub(super) disturbed: DisturbedPairs,
 }
 
-/// What is asked at a point, and the candidates of its set.
+/// The terms of a point, and the candidates of its set.
 pub(super) struct AskedPoint {
-    /// What the set is to pass.
+    /// The terms of the set.
     pub(super) terms: Terms,
-    /// How many of its requirements suffice; all if that is not said.
+    /// The number of requirements that suffice; `None` for all.
     pub(super) least: Option<usize>,
     pub(super) set: Option<Vec<usize>>,
 }
 
 impl PurchaseClaims {
-    /// Reads the answer in a folder, and judges whether it is one to the study.
+    /// Reads the answer in a folder, and checks that it belongs to the study.
     ///
     /// # Errors
     /// `Error::Input` that names what is wrong.
     pub(crate) fn read(folder: &Path, input: ProofInput) -> Result<PurchaseClaims> {
         let path = folder.join(FILE.name);
         let Some(report) = PurchaseReport::read(folder)? else {
-            let issue = Issue::says("is not there").with_advice("name a folder of choose");
+            let issue = Issue::says("is missing").with_advice("name a folder of choose");
             return Err(issue.with_place(&path).into());
         };
         PurchaseClaims::new(folder, report, input)
     }
 
-    /// Judges whether an answer in a folder is one to the study.
+    /// Checks that an answer in a folder belongs to the study.
     ///
     /// # Errors
     /// `Error::Input` that names what is wrong.
     pub(crate) fn new(folder: &Path, report: PurchaseReport, input: ProofInput) -> Result<PurchaseClaims> {
         let in_file = |issue: Issue| Error::from(issue.with_place(folder.join(FILE.name)));
         let ProofInput { study, purchase, worlds, items, .. } = input;
-        let disturbed = DisturbedPairs::among(items, (study, worlds), purchase.disturb);
+        let disturbed = DisturbedPairs::from_items(items, (study, worlds), purchase.disturb);
         let asked = examine(&report, ProofInput { disturbed: &disturbed, ..input }).map_err(in_file)?;
         Ok(PurchaseClaims { folder: folder.into(), report, asked, disturbed })
     }
 
-    /// How many points are claimed; one is reported when it was checked.
+    /// The number of points; progress is reported per point.
     pub fn points(&self) -> usize {
         self.asked.len()
     }
@@ -72,18 +72,18 @@ fn mismatch<T>(place: impl Into<String>, what: impl Into<String>) -> Result<T, I
     Err(Issue::says(what.into()).with_place(place.into()))
 }
 
-/// Compares an answer with the study, as far as nothing is cast for that.
+/// Compares an answer with the study, without casting.
 fn examine(report: &PurchaseReport, input: ProofInput) -> Result<Vec<AskedPoint>, Issue> {
     let ProofInput { study, purchase, worlds, .. } = input;
     if report.fingerprint != fingerprint(study, worlds) {
-        return mismatch("fingerprint", "the study is not what was searched: choose again");
+        return mismatch("fingerprint", "the study has changed since the search: choose again");
     }
     let json = |question: &PurchaseQuestion| serde_json::to_value(question).unwrap_or(Value::Null);
     let own = PurchaseQuestion::new(study, purchase);
     if let Some(Difference { place, own, other }) =
         first_difference("asked".into(), &json(&report.asked), &json(&own))
     {
-        return mismatch(place, format!("is {own}, and the study says {other}: choose again"));
+        return mismatch(place, format!("is {own}, but the study has {other}: choose again"));
     }
     let (points, ways_in) = (report.points.clone(), report.ways_in.clone());
     let right = PurchaseReport::new((study, purchase, worlds), points, ways_in, report.stopped);
@@ -94,7 +94,7 @@ fn examine(report: &PurchaseReport, input: ProofInput) -> Result<Vec<AskedPoint>
         ("noiseless", report.noiseless == right.noiseless),
     ];
     if let Some((key, _)) = heads.into_iter().find(|(_, is_right)| !is_right) {
-        return mismatch(key, "is not that of the study");
+        return mismatch(key, "differs from the study");
     }
     let terms = terms_of_points(report, input)?;
     let each = report.points.iter().zip(terms).enumerate();
@@ -110,16 +110,16 @@ fn examine(report: &PurchaseReport, input: ProofInput) -> Result<Vec<AskedPoint>
     let is_open = |point: &PurchasePoint| !point.proven || !point.best_of_cost;
     match report.stopped {
         false if report.points.iter().any(is_open) => {
-            mismatch("stopped", "is not said, and not all is proven")
+            mismatch("stopped", "is missing, but not all is proven")
         }
         true if !report.points.iter().any(is_open) && is_whole(report, input) => {
-            mismatch("stopped", "is said, and all is proven")
+            mismatch("stopped", "is present, but all is proven")
         }
         _ => Ok(asked),
     }
 }
 
-/// Whether all aims of the study have their point, and, where nothing passes all, what comes nearest.
+/// Whether all aims of the study have their point and, if no set passes all, the nearest set.
 fn is_whole(report: &PurchaseReport, input: ProofInput) -> bool {
     let is_nearest = |point: &&PurchasePoint| matches!(point.aim, AimReport::Nearest(_));
     let nearest = report.points.iter().filter(is_nearest).count();
@@ -129,12 +129,12 @@ fn is_whole(report: &PurchaseReport, input: ProofInput) -> bool {
     has_nearest && report.points.len() - nearest == input.asked.len()
 }
 
-/// Whether a point belongs to reasons: it is proven that nothing passes its terms.
+/// Whether reasons belong to a point: it is proven that no set passes its terms.
 fn lacks_reasons(point: &PurchasePoint) -> bool {
     point.set.is_none() && point.proven && !matches!(point.aim, AimReport::Number(_))
 }
 
-/// What the set of each point is to pass.
+/// The terms of each point's set.
 fn terms_of_points(report: &PurchaseReport, input: ProofInput) -> Result<Vec<Terms>, Issue> {
     let place = |number: usize| format!("points[{number}].aim");
     let (mut all, mut number) = (Vec::new(), 0);
@@ -143,10 +143,13 @@ fn terms_of_points(report: &PurchaseReport, input: ProofInput) -> Result<Vec<Ter
         match report.points.get(number) {
             Some(point) if point.aim == expected => all.push(terms.clone()),
             Some(point) => {
-                return mismatch(place(number), format!("is {:?}, and {expected:?} comes here", point.aim));
+                return mismatch(
+                    place(number),
+                    format!("is {:?}, but {expected:?} is expected here", point.aim),
+                );
             }
             None if report.stopped && number > 0 => return Ok(all),
-            None => return mismatch("points", format!("the one of {expected:?} is missing")),
+            None => return mismatch("points", format!("{expected:?} is missing")),
         }
         number += 1;
         if let (PurchaseAim::All, Some(AimReport::Nearest(names))) =
@@ -170,12 +173,12 @@ fn terms_of_points(report: &PurchaseReport, input: ProofInput) -> Result<Vec<Ter
         }
     }
     match report.points.len() > number {
-        true => mismatch(place(number), "is not asked for"),
+        true => mismatch(place(number), "is not requested"),
         false => Ok(all),
     }
 }
 
-/// Whether what is said of a point fits together, and its set, if that is one that the study allows.
+/// Whether the claims of a point are consistent, and its set, if the study allows it.
 fn examine_point(
     input: ProofInput,
     place: &str,
@@ -188,7 +191,7 @@ fn examine_point(
         return mismatch(format!("{place}.reasons[{at}].requirement"), "is not required here");
     }
     let is_of_number = matches!(aim, AimReport::Number(_));
-    // A search that is stopped may have no time left for them.
+    // A stopped search may lack the time for them.
     let is_right = match lacks_reasons(point) {
         true => !reasons.is_empty() || is_stopped,
         false => reasons.is_empty(),
@@ -214,7 +217,10 @@ fn examine_point(
         (Some(_), None) => false,
     };
     if !bound_holds {
-        return mismatch(format!("{place}.no_set_below"), "does not go with proven and the cost of the set");
+        return mismatch(
+            format!("{place}.no_set_below"),
+            "is inconsistent with proven and the cost of the set",
+        );
     }
     let has_then = input.purchase.then.is_some();
     let counts_ties = *aim == AimReport::All && set.is_some() && *proven && !has_then;
@@ -229,18 +235,18 @@ fn examine_point(
     }
     let decides = has_then && set.is_some();
     if if decides { *best_of_cost && !proven } else { best_of_cost != proven } {
-        return mismatch(format!("{place}.best_of_cost"), "does not go with proven");
+        return mismatch(format!("{place}.best_of_cost"), "is inconsistent with proven");
     }
     let Some(set) = set else {
         return match point.disturbed.is_empty() {
             true => Ok(None),
-            false => mismatch(format!("{place}.disturbed"), "is told, and there is no set"),
+            false => mismatch(format!("{place}.disturbed"), "is present, but there is no set"),
         };
     };
     if set.name != aim.title() {
         return mismatch(
             format!("{place}.set.name"),
-            format!("is {:?}, and the aim says {:?}", set.name, aim.title()),
+            format!("is {:?}, but the aim has {:?}", set.name, aim.title()),
         );
     }
     let found = examine_set(input.for_aim(aim), &format!("{place}.set"), set)?;
@@ -249,13 +255,13 @@ fn examine_point(
         _ => Vec::new(),
     };
     if point.disturbed != disturbed {
-        let what = format!("is {:?}, and the study says {disturbed:?}", point.disturbed);
+        let what = format!("is {:?}, but the study has {disturbed:?}", point.disturbed);
         return mismatch(format!("{place}.disturbed"), what);
     }
     Ok(Some(found))
 }
 
-/// Which two of some candidates, in order, disturb each other, but for those that are in every set.
+/// Pairs of some candidates, in order, that disturb each other, except those in every set.
 fn disturbed_in(input: ProofInput, set: &[usize]) -> Vec<[String; 2]> {
     let ProofInput { study, purchase, items, disturbed, .. } = input;
     let poses: Vec<[usize; 2]> = set.iter().map(|&item| items[item]).collect();
@@ -283,31 +289,31 @@ fn examine_set(input: ProofInput, place: &str, set: &PurchasedSet) -> Result<Vec
         };
         let at = |key: &str| format!("{place}.sensors[{number}].{key}");
         let Some(item) = items.iter().position(is_this) else {
-            return mismatch(at("pose"), format!("{}:{} is no pose of the study", one.sensor, one.pose));
+            return mismatch(at("pose"), format!("{}:{} is not a pose of the study", one.sensor, one.pose));
         };
         let [sensor, candidate] = items[item];
         let words = places.words(sensor, candidate);
         if one.place != words {
-            return mismatch(at("place"), format!("is {:?}, and the study says {words:?}", one.place));
+            return mismatch(at("place"), format!("is {:?}, but the study has {words:?}", one.place));
         }
         let cost = study.sensors[sensor].terms.cost.unwrap_or_default();
         if one.cost != cost {
-            return mismatch(at("cost"), format!("is {}, and the study says {cost}", one.cost));
+            return mismatch(at("cost"), format!("is {}, but the study has {cost}", one.cost));
         }
         found.push(item);
     }
-    let told: Vec<[usize; 2]> = found.iter().map(|&item| items[item]).collect();
+    let claimed: Vec<[usize; 2]> = found.iter().map(|&item| items[item]).collect();
     let allowed = input.allowed();
-    if let Some(why) = allowed.not_allowed((allowed.at_most, allowed.budget), Some(set.cost), &told) {
+    if let Some(why) = allowed.not_allowed((allowed.at_most, allowed.budget), Some(set.cost), &claimed) {
         return mismatch(place, why);
     }
     let sum = set.sensors.iter().fold(Cost::ZERO, |sum, one| sum.plus(one.cost));
     if set.cost != sum {
-        return mismatch(format!("{place}.cost"), format!("is {}, and its sensors cost {sum}", set.cost));
+        return mismatch(format!("{place}.cost"), format!("is {}, but its sensors cost {sum}", set.cost));
     }
     found.sort_unstable();
     let ordered = combination(study, purchase, items, String::new(), &found);
-    if !ordered.members.iter().map(|member| [member.sensor, member.candidates[0]]).eq(told) {
+    if !ordered.members.iter().map(|member| [member.sensor, member.candidates[0]]).eq(claimed) {
         return mismatch(format!("{place}.sensors"), "are out of order");
     }
     Ok(found)

@@ -21,57 +21,57 @@ use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
 use perirobot_march::voxel::{Joined, Ones};
 use perirobot_study::input::Limit;
 
-/// How far two means of scores may be apart by rounding.
+/// Largest difference of two means of scores by rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A score that a set must have, also without so many of its members.
+/// A score that a set must have, also without `dead` of its members.
 pub(super) struct Reach<'a> {
     pub(super) evidence: &'a CandidateEvidence,
-    /// Index of the region in which it is counted.
+    /// Index of the region of its counts.
     pub(super) region: usize,
     pub(super) score: Score,
     pub(super) over: Across,
     pub(super) bar: Bar,
     pub(super) dead: usize,
-    /// Whether sums of what sensors say decide its labels, so that unions only bound it.
+    /// Whether the fusion adds up evidence, so that unions only bound the labels.
     pub(super) adds_up: bool,
 }
 
-/// What a score must be.
+/// The limit of a score.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Bar {
-    /// It keeps to a limit.
+    /// It meets a limit.
     Keeps(Limit),
     /// It is better than a limit.
     Beats(Limit),
-    /// As a mean it is better than a number.
+    /// Its mean is better than a number.
     BeatsMean(f64),
     /// It has a value.
     HasValue,
 }
 
-/// What a part of a set lacks of an inequality, and what each of some candidates adds at most.
+/// The deficit of a part of a set in an inequality, and the largest gain of each candidate.
 pub(super) struct Tally {
     pub(super) lacks: i128,
     pub(super) gains: Vec<i128>,
-    /// How many of the members that are added are dead.
+    /// The number of added members that are dead.
     dead_later: usize,
 }
 
 /// Six planes of bits.
 type SetPlanes = [Vec<u64>; PLANES];
 
-/// Planes of which bits count once, however many of them have it.
+/// Planes whose bits count once, however many have them.
 type Group = &'static [usize];
 
-/// An inequality: bits of groups, each with its weight, sum up to `least` or more.
+/// An inequality: weighted counts of bits sum up to at least `least`.
 struct Line {
     words: [Range<usize>; 3],
     groups: Vec<(Group, i128)>,
     least: i128,
 }
 
-/// A score over moments, as tables have it.
+/// A score over moments, as in the tables.
 pub(super) fn value(score: Score, over: Across, counts: &[Confusion]) -> Option<f64> {
     let values: Vec<f64> = counts.iter().filter_map(|counts| score.evaluate(counts)).collect();
     match over {
@@ -83,7 +83,7 @@ pub(super) fn value(score: Score, over: Across, counts: &[Confusion]) -> Option<
     }
 }
 
-/// Whether a score is made of labels, which sums decide under log-odds.
+/// Whether a score depends on labels, which sums decide under log-odds.
 pub(super) fn is_of_labels(score: Score) -> bool {
     !matches!(score, Score::HumanSeen | Score::PeopleDetected | Score::PartsDetected)
 }
@@ -95,7 +95,7 @@ impl Reach<'_> {
         self.parts(set).iter().all(is_met)
     }
 
-    /// What a set counts, moment by moment, if unions decide.
+    /// The counts of a set, moment by moment, if unions decide.
     pub(super) fn counts_of_set(&self, set: &[usize]) -> Vec<Confusion> {
         self.counts(&self.union(set))
     }
@@ -105,7 +105,7 @@ impl Reach<'_> {
         self.is_nearly_met(counts, 0.0)
     }
 
-    /// Whether no set that has some members, and besides only some others, has the score.
+    /// Whether no set with some members, and otherwise only some others, has the score.
     pub(super) fn is_out_of_reach(&self, chosen: &[usize], later: &[usize]) -> bool {
         if !self.is_bounded() {
             return false;
@@ -125,13 +125,13 @@ impl Reach<'_> {
                 planes[FALSE].fill(0);
             }
             let counts = self.counts(&planes);
-            // Where the best has no value, nothing is known of others.
+            // If the best has no value, the others are unknown.
             let has_value = value(self.score, self.over, &counts).is_some();
             has_value && !self.is_nearly_met(&counts, ROUNDING)
         })
     }
 
-    /// What parts of a set lack, and what each of some candidates adds at most.
+    /// The deficits of the parts of a set, and the largest gain of each candidate.
     pub(super) fn tallies(&self, chosen: &[usize], later: &[usize]) -> Vec<Tally> {
         let (lines, dead_later) = (self.lines(), self.dead.saturating_sub(chosen.len()));
         let mut tallies = Vec::new();
@@ -146,7 +146,7 @@ impl Reach<'_> {
         tallies
     }
 
-    /// What a union has of an inequality, or what a candidate adds to it at most.
+    /// The left side of an inequality for a union, or the largest gain of a candidate.
     fn count(&self, line: &Line, union: &SetPlanes, item: Option<usize>) -> i128 {
         let ones = Ones::plain();
         let of_group = |&(planes, weight): &(Group, i128)| {
@@ -171,7 +171,7 @@ impl Reach<'_> {
         line.groups.iter().map(of_group).sum()
     }
 
-    /// Whether the bounds hold: the score is to be good, and only right labels make it so.
+    /// Whether the bounds hold: the score must be good, and only correct labels improve it.
     fn is_bounded(&self) -> bool {
         let (is_natural, is_negative) = match self.bar {
             Bar::Keeps(limit) | Bar::Beats(limit) => {
@@ -201,7 +201,7 @@ impl Reach<'_> {
         }
     }
 
-    /// What is left of a set in each case in which as many of it are dead as may be.
+    /// The rest of a set in each case with as many dead members as allowed.
     fn parts(&self, set: &[usize]) -> Vec<Vec<usize>> {
         if set.is_empty() {
             return vec![Vec::new()];
@@ -232,7 +232,7 @@ impl Reach<'_> {
         layout.moments.iter().map(count).collect()
     }
 
-    /// The inequalities of a set that has the score.
+    /// The inequalities of a set with the score.
     fn lines(&self) -> Vec<Line> {
         let (Bar::Keeps(limit) | Bar::Beats(limit)) = self.bar else { return Vec::new() };
         if !self.is_bounded() {
@@ -248,7 +248,7 @@ impl Reach<'_> {
     }
 }
 
-/// The inequality of a score over some moments together; none where the score may have no value.
+/// The inequality of a score over some moments together; `None` if the score may have no value.
 fn line(score: Score, limit: Ratio, moments: &[MomentBits]) -> Option<Line> {
     let Ratio { numerator: p, denominator: q } = limit;
     let sum = |of: &dyn Fn(&MomentBits) -> u64| i128::from(moments.iter().map(of).sum::<u64>());
@@ -269,12 +269,12 @@ fn line(score: Score, limit: Ratio, moments: &[MomentBits]) -> Option<Line> {
 }
 
 impl Tally {
-    /// The same of candidates in another order.
+    /// The same for candidates in another order.
     pub(super) fn in_order(self, order: &[usize]) -> Tally {
         Tally { gains: order.iter().map(|&place| self.gains[place]).collect(), ..self }
     }
 
-    /// Whether the candidates from a place on may add enough: so many of them, which cost no more than what is left.
+    /// Whether the candidates from a place on can add enough within `count` and the remaining budget.
     pub(super) fn may_reach(&self, from: usize, left: usize, (costs, money): (&[u64], Option<u64>)) -> bool {
         let mut gains: Vec<(i128, u64)> =
             self.gains[from..].iter().copied().zip(costs[from..].iter().copied()).collect();
@@ -285,7 +285,7 @@ impl Tally {
             return false;
         }
         let Some(money) = money else { return true };
-        // Those first that add most for what they cost; of the last one a share.
+        // Fractional knapsack: best ratio of gain to cost first, the last one in part.
         let per_cost = |(gain, cost): &(i128, u64)| *gain as f64 / *cost as f64;
         gains.sort_by(|a, b| per_cost(b).total_cmp(&per_cost(a)));
         let (mut money, mut sum) = (money as f64, 0.0);

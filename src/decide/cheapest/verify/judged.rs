@@ -1,4 +1,4 @@
-//! Sets judged by `judge` itself, with some requirements only.
+//! Sets judged by `judge` itself, with only some requirements.
 
 use super::ProofInput;
 use crate::cheapest::remaining::combination;
@@ -11,26 +11,26 @@ use perirobot_study::input::{
     ApproachScore, Condition, Limit, Measure, Nearness, Requirement, Stopping, Study,
 };
 
-/// What is said of a set.
+/// The verdict on a set.
 pub(super) struct Verdict {
-    /// The names of the requirements that it misses.
+    /// The missed requirements, by name.
     pub(super) missed_names: Vec<String>,
     /// The first of them in words.
     missed: String,
-    /// For each region what it counts as planned, moment by moment.
+    /// The counts of each region as planned, moment by moment.
     pub(super) counts: Vec<Vec<Confusion>>,
-    /// How near any body comes by any entry as planned, squared in voxels; none where that is not known, or none has room.
+    /// The closest distance of any body by any entry as planned, squared in voxels; `None` if unknown or if none fits.
     pub(super) nearest: Option<u32>,
 }
 
 impl Verdict {
-    /// What it misses first, if it misses more than so many requirements.
+    /// The first miss, if there are more than `most`.
     pub(super) fn misses_more_than(&self, most: usize) -> Option<&str> {
         (self.missed_names.len() > most).then_some(&self.missed)
     }
 }
 
-/// A study that requires only this.
+/// The study with only these requirements.
 pub(super) fn restricted_study(
     study: &Study,
     requirements: Vec<Requirement>,
@@ -47,7 +47,7 @@ pub(super) fn restricted_study(
     }
 }
 
-/// The same, which also asks how near bodies come, whatever that is.
+/// The same with a requirement on the closest distance that is always met.
 pub(super) fn asking_nearest(study: Study) -> Study {
     let nearness = Nearness { score: ApproachScore::NearestUnnoticedM, body: None, entry: None };
     let requirement = Requirement {
@@ -64,7 +64,7 @@ pub(super) fn asking_nearest(study: Study) -> Study {
 /// Judges a set by the requirements of a study.
 ///
 /// # Errors
-/// When a backend fails; `Error::Stopped`.
+/// If a backend fails; `Error::Stopped`.
 pub(super) fn judge(
     input: ProofInput,
     restricted: &Study,
@@ -79,11 +79,11 @@ pub(super) fn judge(
     let missed = judged.judgements.iter().find(|one| !one.is_met);
     let missed =
         missed.map(|one| format!("{:?} is missed under {}", one.requirement.name, one.condition.name()));
-    // At each speed of the robot requirements have the same names.
+    // Requirements at different robot speeds have the same names.
     let is_missed = |name: &String| {
-        let asked = study.requirements.iter().filter(|one| one.name == *name).map(|one| one.under.len());
+        let cases = study.requirements.iter().filter(|one| one.name == *name).map(|one| one.under.len());
         let met = judged.judgements.iter().filter(|one| one.is_met && one.requirement.name == *name);
-        met.count() < asked.sum()
+        met.count() < cases.sum()
     };
     let mut missed_names: Vec<String> = study.requirements.iter().map(|one| one.name.clone()).collect();
     missed_names.dedup();

@@ -5,7 +5,8 @@
 //! `claims` compares the question, the aims and the sets with the study. Each set is judged by the plain oracle
 //! (`judged`). Each way in is followed again (`ways`). A plain search looks for cheaper sets (`plain`), with
 //! counts that use no vector instructions (`counted`). It also checks the reasons if no set passes, and their text is
-//! made again (`reasons`). `tables` sweeps and judges the sets again. A search that would take too long is reported as open. How many sets the search tested is not checked.
+//! made again (`reasons`). `tables` sweeps and judges the sets again. A search that would take too long is reported as
+//! open. The number of tested sets is not checked.
 
 mod claims;
 mod counted;
@@ -38,47 +39,47 @@ use perirobot_study::input::{Counted, Limit, Purchase, Study, ThenScore};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 
-/// Most choices of requirements that are searched for one claim.
+/// The most groups of requirements searched for one claim.
 const MOST_SEARCHES: usize = 2_000;
 
-/// What was checked.
+/// Counts of checked claims.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PurchaseVerified {
-    /// Sets that were judged again.
+    /// Sets judged again.
     pub sets: usize,
-    /// Ways in that were followed again.
+    /// Ways in followed again.
     pub ways: usize,
-    /// Claims that no set passes, or no better one, that were searched again.
+    /// Claims that no set passes, or no better one, searched again.
     pub proven: usize,
-    /// Claims of that kind for which the plain search would have taken too long: they are not verified.
+    /// Claims of that kind that were not verified, since the plain search would take too long.
     pub open: usize,
-    /// Whether the search was stopped, so that some of what the study asks for has no answer, or no proof.
+    /// Whether the search was stopped, so that answers or proofs may be missing.
     pub stopped: bool,
 }
 
-/// What an answer is about.
+/// The inputs of an answer.
 #[derive(Clone, Copy)]
 pub(crate) struct ProofInput<'a> {
     pub(super) study: &'a Study,
     pub(super) purchase: &'a Purchase,
     pub(super) worlds: &'a [World],
-    /// Sensor and candidate of each candidate.
+    /// Sensor and candidate index of each candidate.
     pub(super) items: &'a [[usize; 2]],
     pub(super) grounds: &'a [Ground<'a>],
-    /// What is asked for, in the order of the answer.
+    /// The questions, in the order of the answer.
     pub(super) asked: &'a [(PurchaseAim, Terms)],
-    /// The regions in which anything is counted, and what was cast in each.
+    /// The regions of all counted scores, with their evidence.
     pub(super) regions: &'a [usize],
-    /// The candidates that may not be in a set together, since they disturb each other.
+    /// Pairs of candidates that are excluded, since they disturb each other.
     pub(super) disturbed: &'a DisturbedPairs,
     pub(super) evidence: &'a [CandidateEvidence],
     pub(super) progress: &'a dyn Progress,
 }
 
-/// Checks an answer and all tables beside it; `open` opens the backends that judge the sets that a plain search leaves.
+/// Checks an answer and all its tables; `open` opens the backends that judge sets of the plain search.
 ///
 /// # Errors
-/// `Error::Input` that names what does not hold; `Error::Stopped`.
+/// `Error::Input` that names the wrong claim; `Error::Stopped`.
 pub(super) fn verify(
     claims: &PurchaseClaims,
     input: ProofInput,
@@ -123,7 +124,7 @@ pub(super) fn verify_points(
     Ok(verified)
 }
 
-/// Whether nothing passes all, and no set is told that passes all but the reasons.
+/// Whether no set passes all, and the answer lacks the set that passes all but the reasons.
 fn is_another_nearer(report: &PurchaseReport) -> bool {
     let reasons = report.points[0].reasons.len();
     let is_nearest =
@@ -142,21 +143,21 @@ struct PointCheck<'c, 'a> {
     input: ProofInput<'a>,
     open: OpenBackends<'c>,
     facts: &'c NearFacts<'a>,
-    /// What places in the file begin with.
+    /// The path of the point in the file.
     place: String,
     terms: &'c Terms,
-    /// How many requirements suffice; all if that is not said.
+    /// The number of requirements that suffice; `None` for all.
     least: Option<usize>,
     verified: &'c mut PurchaseVerified,
 }
 
 impl PointCheck<'_, '_> {
     fn run(&mut self, point: &PurchasePoint, set: Option<&[usize]>) -> Result<()> {
-        if let (Some(told), Some(set)) = (&point.set, set) {
-            let verdict = self.judge_set((told, &point.missed), set)?;
+        if let (Some(claimed), Some(set)) = (&point.set, set) {
+            let verdict = self.judge_set((claimed, &point.missed), set)?;
             self.verified.sets += 1;
             if point.best_of_cost {
-                self.none_is_better(told.cost, &verdict)?;
+                self.none_is_better(claimed.cost, &verdict)?;
             }
         }
         match point.no_set_below {
@@ -171,13 +172,17 @@ impl PointCheck<'_, '_> {
             None => self.check_reasons(point)?,
         }
         match (&point.set, point.ties) {
-            (Some(told), Some(ties)) => self.count_ties(told.cost, ties),
+            (Some(claimed), Some(ties)) => self.count_ties(claimed.cost, ties),
             _ => Ok(()),
         }
     }
 
-    /// Judges a set by the oracle.
-    fn judge_set(&self, (told, told_missed): (&PurchasedSet, &[String]), set: &[usize]) -> Result<Verdict> {
+    /// Judges a set with the oracle.
+    fn judge_set(
+        &self,
+        (claimed, claimed_missed): (&PurchasedSet, &[String]),
+        set: &[usize],
+    ) -> Result<Verdict> {
         let ProofInput { study, purchase, .. } = self.input;
         let Terms { requirements, stopping } = self.terms;
         let mut restricted = restricted_study(study, requirements.clone(), stopping.clone());
@@ -189,8 +194,8 @@ impl PointCheck<'_, '_> {
         if let Some(missed) = verdict.misses_more_than(most_missed) {
             return Err(self.wrong("set", format!("does not pass: {missed}")));
         }
-        if verdict.missed_names != told_missed {
-            let what = format!("is {told_missed:?}, and judged again it is {:?}", verdict.missed_names);
+        if verdict.missed_names != claimed_missed {
+            let what = format!("is {claimed_missed:?}, but judged again it is {:?}", verdict.missed_names);
             return Err(self.wrong("missed", what));
         }
         let score = match purchase.then {
@@ -201,21 +206,21 @@ impl PointCheck<'_, '_> {
             None => None,
         };
         let or_none = |score: Option<f64>| score.map_or("none".into(), |score| score.to_string());
-        if told.score != score {
-            let what = format!("is {}, and counted again it is {}", or_none(told.score), or_none(score));
+        if claimed.score != score {
+            let what = format!("is {}, but counted again it is {}", or_none(claimed.score), or_none(score));
             return Err(self.wrong("set.score", what));
         }
         Ok(verdict)
     }
 
-    /// Whether no set that passes some terms costs at most so much.
+    /// Checks that no set passes some terms for at most `most`.
     fn none_passes(&mut self, terms: &Terms, most: Option<u64>, what: (&str, &str)) -> Result<()> {
         let end = self.run_search(terms, &|terms| self.search(terms, most).run())?;
         self.record_end(end, what)
     }
 
-    /// Searches for a set that passes some terms; if a number of requirements suffices, for each choice of so many of them,
-    /// but for those of which a part is not met by any set already.
+    /// Searches for a set that passes some terms; if a number of requirements suffices, for each group of that size,
+    /// without those of which a part is already known to be impossible.
     fn run_search(&self, terms: &Terms, search: &dyn Fn(&Terms) -> Result<SearchEnd>) -> Result<SearchEnd> {
         let Some(least) = self.least else { return search(terms) };
         let count = terms.requirements.len();
@@ -250,7 +255,7 @@ impl PointCheck<'_, '_> {
         PlainSearch::new((self.input, self.open), self.facts, terms, most)
     }
 
-    /// Whether no set of the same cost is better by the score that decides among them.
+    /// Checks that no set of the same cost is better by the deciding score.
     fn none_is_better(&mut self, cost: Cost, verdict: &Verdict) -> Result<()> {
         let Some(then) = self.input.purchase.then else { return Ok(()) };
         let most = Some(cost.thousandths());
@@ -258,7 +263,7 @@ impl PointCheck<'_, '_> {
             let search = self.search(terms, most);
             match then {
                 ThenScore::Nearness(_) => match verdict.nearest {
-                    // No body has room at an entry, whatever is chosen.
+                    // No body fits through an entry, for any set.
                     None => Ok(SearchEnd::NonePasses),
                     Some(squared) => search.beating_nearest(self.facts, terms, squared).run(),
                 },
@@ -283,7 +288,7 @@ impl PointCheck<'_, '_> {
             let seen = match (exact, value(score, over, counts)) {
                 (Some(exact), _) => Ok(exact),
                 (None, Some(mean)) => Err(mean),
-                // No voxel is in the region, whatever is chosen.
+                // The region has no voxel, for any set.
                 (None, None) => return Ok(SearchEnd::NonePasses),
             };
             return search.beating_overlap(terms, counted, seen).run();
@@ -300,14 +305,14 @@ impl PointCheck<'_, '_> {
         search.beating(terms, reach).run()
     }
 
-    /// Whether as many other sets of the same cost pass as is said, as far as they are counted.
+    /// Checks the number of other sets of the same cost, as far as they are counted.
     fn count_ties(&mut self, cost: Cost, ties: usize) -> Result<()> {
         let wanted = (ties + 2).min(MOST_TIES + 1);
         let search = self.search(self.terms, Some(cost.thousandths())).at_least(wanted);
         let (found, is_open) = search.find()?;
         let others = found.len().saturating_sub(1).min(MOST_TIES);
         if others > ties || (others < ties && !is_open) {
-            return Err(self.wrong("ties", format!("is {ties}, and counted again it is {others}")));
+            return Err(self.wrong("ties", format!("is {ties}, but counted again it is {others}")));
         }
         if is_open {
             self.verified.open += 1
@@ -317,7 +322,7 @@ impl PointCheck<'_, '_> {
         Ok(())
     }
 
-    /// Whether nothing passes what is named as reasons, and something does without each of them.
+    /// Checks that no set meets all reasons, and that each of them is necessary.
     fn check_reasons(&mut self, point: &PurchasePoint) -> Result<()> {
         if point.reasons.is_empty() {
             return self.none_passes(self.terms, None, ("set", "this one passes"));
@@ -327,7 +332,7 @@ impl PointCheck<'_, '_> {
         let mut named = self.terms.clone();
         named.requirements.retain(|one| is_named(&one.name));
         self.none_passes(&named, None, ("reasons", "this set meets all of these"))?;
-        // At each speed of the robot requirements have the same names.
+        // Requirements at different robot speeds have the same names.
         let is_unique = named.requirements.len() == point.reasons.len();
         for (number, reason) in
             point.reasons.iter().enumerate().filter(|_| is_unique && point.reasons.len() > 1)
@@ -363,7 +368,7 @@ impl PointCheck<'_, '_> {
 }
 
 impl<'a> ProofInput<'a> {
-    /// The same for an aim: which candidates a set may have together.
+    /// The same for an aim: the allowed pairs of candidates.
     fn for_aim(self, aim: &AimReport) -> ProofInput<'a> {
         match aim {
             AimReport::Disturbed => ProofInput { disturbed: DisturbedPairs::none(), ..self },
@@ -378,7 +383,7 @@ impl<'a> ProofInput<'a> {
     }
 }
 
-/// A score that is no mean as a fraction, if it has a value.
+/// A score as a fraction, unless it is a mean or has no value.
 fn exact_score(score: Score, over: Across, counts: &[Confusion]) -> Option<Ratio> {
     let each = || counts.iter().filter_map(|counts| Ratio::from_score(score, counts));
     match over {

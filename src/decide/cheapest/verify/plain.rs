@@ -20,10 +20,10 @@ use perirobot_march::metrics::{Across, Ratio, Score};
 use perirobot_study::input::{Counted, Limit, Measure, Requirement, Study};
 use perirobot_study::sensor::Cost;
 
-/// Most sets that one search looks at.
+/// The most sets per search.
 const MOST_SETS: u64 = 2_000_000;
 
-/// Most sets that one search judges.
+/// The most judged sets per search.
 const MOST_JUDGED: u64 = 2_000;
 
 /// How a search ended.
@@ -37,7 +37,7 @@ pub(super) enum SearchEnd {
     Open,
 }
 
-/// Candidates of which a set has so many.
+/// Candidates of which a set needs `count`.
 struct Need {
     among: Vec<bool>,
     least: usize,
@@ -47,20 +47,20 @@ struct Need {
 pub(super) struct PlainSearch<'s> {
     input: ProofInput<'s>,
     open: OpenBackends<'s>,
-    /// Whether a body is too near where it comes in.
+    /// Whether a body is already too near at its entry.
     is_hopeless: bool,
     needs: Vec<Need>,
     reaches: Vec<Reach<'s>>,
-    /// What decides among sets of the same cost must be better than this.
+    /// The bound that the deciding score must beat.
     then: Option<Beaten<'s>>,
-    /// How many sets are looked for.
+    /// The number of wanted sets.
     wanted: usize,
-    /// Of what is asked, what must be judged.
+    /// The requirements that must be judged.
     judged: Option<Study>,
-    /// What each candidate costs, and a set may cost at most, in thousandths.
+    /// The cost of each candidate, and the budget, in thousandths.
     costs: Vec<u64>,
     most_cost: Option<u64>,
-    /// For each candidate those that may be in a set with it.
+    /// For each candidate the others allowed in a set with it.
     together: Vec<Vec<bool>>,
     looked_at: u64,
     judgements: u64,
@@ -68,29 +68,29 @@ pub(super) struct PlainSearch<'s> {
     is_open: bool,
 }
 
-/// What a set must be better than.
+/// The bound that a set must beat.
 enum Beaten<'s> {
-    /// A score of counts, which unions decide or, under log-odds, judge does.
+    /// A score of counts, decided by unions or, under log-odds, by judge.
     Score(Reach<'s>),
-    /// What at least two sensors see; of the unknown share of a set without any one member this is known.
+    /// The share seen by at least two sensors; it bounds the unknown share without any one member.
     Overlap { unknown: Option<Reach<'s>>, counted: Counted, seen: Ratio },
     /// The same as a mean.
     MeanOverlap(Counted, f64),
-    /// How near bodies come, squared in voxels.
+    /// The closest distance of bodies, squared in voxels.
     Nearest(u32),
 }
 
-/// What ways in ask for of a set.
+/// The unmet demands of ways in.
 struct Unmet {
-    /// The fewest that may join, of those of a way.
+    /// The smallest group of candidates of a way that may join.
     first: Vec<usize>,
-    /// What a set costs more at least, and how many more it has.
+    /// Lower bounds of the additional cost and number.
     cost: u64,
     members: usize,
 }
 
 impl<'s> PlainSearch<'s> {
-    /// A search for sets that pass some terms and cost at most so much.
+    /// A search for sets that pass some terms and cost at most `most`.
     pub(super) fn new(
         (input, open): (ProofInput<'s>, OpenBackends<'s>),
         facts: &NearFacts,
@@ -143,12 +143,12 @@ impl<'s> PlainSearch<'s> {
         }
     }
 
-    /// Looks for so many sets.
+    /// Sets the number of wanted sets.
     pub(super) fn at_least(self, wanted: usize) -> Self {
         PlainSearch { wanted, ..self }
     }
 
-    /// Only sets that are better by the score of counts that decides among those of the same cost.
+    /// Accepts only sets that are better by the deciding score of counts.
     pub(super) fn beating(mut self, terms: &Terms, reach: Reach<'s>) -> Self {
         if reach.adds_up {
             self.judge_all(terms);
@@ -157,8 +157,8 @@ impl<'s> PlainSearch<'s> {
         self
     }
 
-    /// Only sets of which at least two sensors see more than this, as a number if it is a mean. What two see one still
-    /// sees without the other.
+    /// Accepts only sets with a larger share seen by at least two sensors (a number if it is a mean). A voxel seen by
+    /// two is still seen if one fails.
     pub(super) fn beating_overlap(
         mut self,
         terms: &Terms,
@@ -179,7 +179,7 @@ impl<'s> PlainSearch<'s> {
         self
     }
 
-    /// Only sets with which bodies stay farther away than this, squared in voxels.
+    /// Accepts only sets that keep bodies farther away than this, squared in voxels.
     pub(super) fn beating_nearest(mut self, facts: &NearFacts, terms: &Terms, squared: u32) -> Self {
         self.is_hopeless |= facts.entries.iter().any(|entry| entry.squared <= squared);
         let ways = facts.ways.iter().filter(|way| way.squared <= squared);
@@ -190,17 +190,17 @@ impl<'s> PlainSearch<'s> {
         self
     }
 
-    /// Judges every set that is left: if nothing else must be judged, by all that is asked.
+    /// Judges every remaining set: by all requirements, if none else must be judged.
     fn judge_all(&mut self, terms: &Terms) {
         let study = self.input.study;
         let all = || restricted_study(study, terms.requirements.clone(), terms.stopping.clone());
         self.judged = Some(self.judged.take().unwrap_or_else(all));
     }
 
-    /// Searches.
+    /// Runs the search.
     ///
     /// # Errors
-    /// When a backend fails; `Error::Stopped`.
+    /// If a backend fails; `Error::Stopped`.
     pub(super) fn run(self) -> Result<SearchEnd> {
         let (mut found, is_open) = self.find()?;
         Ok(match found.pop() {
@@ -210,17 +210,17 @@ impl<'s> PlainSearch<'s> {
         })
     }
 
-    /// Searches: the sets that were found, and whether there are too many to look at.
+    /// Runs the search and returns the found sets, and whether there were too many to try.
     ///
     /// # Errors
-    /// When a backend fails; `Error::Stopped`.
+    /// If a backend fails; `Error::Stopped`.
     pub(super) fn find(mut self) -> Result<(Vec<Vec<usize>>, bool)> {
         let ProofInput { purchase, items, .. } = self.input;
         let fixed: Vec<usize> =
             (0..items.len()).filter(|&item| purchase.always.contains(&items[item])).collect();
         let others: Vec<usize> = (0..items.len()).filter(|item| !fixed.contains(item)).collect();
         if !self.is_hopeless && self.affords(self.cost(&fixed)) && fixed.len() <= purchase.at_most {
-            self.look_at(&fixed, &others)?;
+            self.try_sets(&fixed, &others)?;
         }
         Ok((self.found, self.is_open))
     }
@@ -229,8 +229,8 @@ impl<'s> PlainSearch<'s> {
         self.found.len() >= self.wanted || self.is_open
     }
 
-    /// Looks at all sets that have some members, and others besides.
-    fn look_at(&mut self, chosen: &[usize], others: &[usize]) -> Result<()> {
+    /// Tries all sets that contain some members.
+    fn try_sets(&mut self, chosen: &[usize], others: &[usize]) -> Result<()> {
         if self.is_done() {
             return Ok(());
         }
@@ -240,7 +240,7 @@ impl<'s> PlainSearch<'s> {
             self.is_open = true;
             return Ok(());
         }
-        let later = self.may_join(chosen, others);
+        let later = self.joinable(chosen, others);
         let Some(unmet) = self.unmet_needs(chosen, &later) else { return Ok(()) };
         let left = self.input.purchase.at_most - chosen.len();
         if unmet.members > left || !self.affords(self.cost(chosen) + unmet.cost) {
@@ -253,7 +253,7 @@ impl<'s> PlainSearch<'s> {
             for (number, &item) in unmet.first.iter().enumerate() {
                 let is_tried = |other: &usize| unmet.first[..=number].contains(other);
                 let rest: Vec<usize> = later.iter().copied().filter(|other| !is_tried(other)).collect();
-                self.look_at(&extend_set(chosen, item), &rest)?;
+                self.try_sets(&extend_set(chosen, item), &rest)?;
             }
             return Ok(());
         }
@@ -263,11 +263,11 @@ impl<'s> PlainSearch<'s> {
                 return Ok(());
             }
         }
-        self.look_at_more(chosen, later, left)
+        self.try_supersets(chosen, later, left)
     }
 
-    /// Looks at all sets that have some members and at least one more, those first that help most.
-    fn look_at_more(&mut self, chosen: &[usize], mut later: Vec<usize>, left: usize) -> Result<()> {
+    /// Tries all sets that contain some members and at least one more, most useful first.
+    fn try_supersets(&mut self, chosen: &[usize], mut later: Vec<usize>, left: usize) -> Result<()> {
         let tallies: Vec<Tally> =
             self.all_reaches().flat_map(|reach| reach.tallies(chosen, &later)).collect();
         let mut order: Vec<usize> = (0..later.len()).collect();
@@ -282,13 +282,13 @@ impl<'s> PlainSearch<'s> {
             if !tallies.iter().all(|tally| tally.may_reach(place, left, (&costs, money))) {
                 break;
             }
-            self.look_at(&extend_set(chosen, later[place]), &later[place + 1..])?;
+            self.try_sets(&extend_set(chosen, later[place]), &later[place + 1..])?;
         }
         Ok(())
     }
 
-    /// Those of some candidates that may join a set.
-    fn may_join(&self, chosen: &[usize], others: &[usize]) -> Vec<usize> {
+    /// The candidates that may join a set.
+    fn joinable(&self, chosen: &[usize], others: &[usize]) -> Vec<usize> {
         let ProofInput { study, purchase, items, .. } = self.input;
         let cost = self.cost(chosen);
         let joins = |&item: &usize| {
@@ -305,7 +305,7 @@ impl<'s> PlainSearch<'s> {
         }
     }
 
-    /// What ways in still ask for; `None` if not enough candidates are left.
+    /// The unmet demands of ways in; `None` if too few candidates are left.
     fn unmet_needs(&self, chosen: &[usize], later: &[usize]) -> Option<Unmet> {
         let mut unmet: Vec<(usize, Vec<usize>)> = Vec::new();
         for Need { among, least } in &self.needs {
@@ -371,10 +371,10 @@ impl<'s> PlainSearch<'s> {
 }
 
 impl Beaten<'_> {
-    /// Whether a set is better, as it was judged.
+    /// Whether a judged set beats the bound.
     fn is_beaten_by(&self, verdict: &Verdict) -> bool {
         match self {
-            // Where unions decide, they have.
+            // If unions decide, the bound was checked before.
             Beaten::Score(reach) => !reach.adds_up || reach.is_met(&verdict.counts[reach.region]),
             Beaten::Overlap { counted: Counted { score, over, region }, seen, .. } => {
                 let limit = Limit::AtLeast(*seen);
@@ -390,7 +390,7 @@ impl Beaten<'_> {
 }
 
 impl<'a> ProofInput<'a> {
-    /// A score over a region that a set must have; `None` where nothing was cast in it.
+    /// A score over a region that a set must have; `None` if nothing was cast in it.
     pub(super) fn reach(
         self,
         (score, over, region): (Score, Across, usize),
@@ -399,7 +399,7 @@ impl<'a> ProofInput<'a> {
     ) -> Option<Reach<'a>> {
         let ProofInput { study, purchase, regions, evidence, .. } = self;
         if score == Score::SeenTwice {
-            // A union does not tell what two of its members see.
+            // A union does not contain the overlap of two members.
             return None;
         }
         let evidence = &evidence[regions.iter().position(|own| *own == region)?];

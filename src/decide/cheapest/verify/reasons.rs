@@ -4,8 +4,8 @@ use super::counted::Bar;
 use super::judged::{judge, restricted_study};
 use super::ways::{FollowedWay, NearFacts};
 use super::{ProofInput, open_oracle};
-use crate::cheapest::passing::{alive, left_out_of_all};
-use crate::cheapest::reasons::{Obstacle, asked};
+use crate::cheapest::passing::{left_out_of_all, living_members};
+use crate::cheapest::reasons::{Obstacle, describe_demand};
 use crate::cheapest::report::ReasonReport;
 use crate::cheapest::terms::Terms;
 use crate::choose::pose_name;
@@ -14,11 +14,10 @@ use perirobot_march::metrics::Score;
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Condition, Counted, Requirement};
 
-/// Whether the reasons that nothing passes some terms are in the words that belong to them; places in the file begin with
-/// `place`.
+/// Checks the text of the reasons why no set passes some terms; `place` is their path in the file.
 ///
 /// # Errors
-/// Where they are not, with the right ones.
+/// A wrong text, with the correct one.
 pub(super) fn verify_words(
     (input, place): (ProofInput, &str),
     facts: &NearFacts,
@@ -29,20 +28,20 @@ pub(super) fn verify_words(
         let named = terms.requirements.iter().filter(|one| one.name == reason.requirement);
         let words = |one| match reasons {
             [_] => words_of_one(input, facts, terms, one),
-            _ => Ok(vec![asked(input.study, one)]),
+            _ => Ok(vec![describe_demand(input.study, one)]),
         };
         let possible: Vec<String> = named.map(words).collect::<Result<Vec<_>>>()?.concat();
         if !possible.contains(&reason.why) {
             let right = possible.join(", or ");
-            let what = format!("is {:?}, and made again it is {right:?}", reason.why);
+            let what = format!("is {:?}, but made again it is {right:?}", reason.why);
             return Err(Error::input(format!("{place}reasons[{number}].why"), what));
         }
     }
     Ok(())
 }
 
-/// The words of a requirement that cannot be met alone. When they were written not all ways in were known that are known
-/// now, so that two may be right.
+/// The texts of a requirement that cannot be met alone. Some ways in may have been unknown at the time of writing, so
+/// two texts may be correct.
 fn words_of_one(
     input: ProofInput,
     facts: &NearFacts,
@@ -68,14 +67,14 @@ fn words_of_one(
     Ok(way.into_iter().chain([words(rest)]).collect())
 }
 
-/// The score of all candidates together, or of all but as few as may be dead, if it misses what is required of counts.
+/// The score of all candidates together, or without as few as may be dead, if it misses a requirement of counts.
 fn missed_by_all(input: ProofInput, requirement: &Requirement) -> Result<Option<Obstacle<'static>>> {
     let counted = requirement.counted_score().filter(|counted| counted.score != Score::SeenTwice);
     let Some(&Counted { score, over, region }) = counted else { return Ok(None) };
     let reach = input.reach((score, over, region), Bar::Keeps(requirement.limit), 0);
     let all: Vec<usize> = (0..input.items.len()).collect();
     for out in left_out_of_all(requirement, all.len()) {
-        let set = alive(&all, &out);
+        let set = living_members(&all, &out);
         let counts = match &reach {
             Some(reach) if !reach.adds_up => reach.counts_of_set(&set),
             _ => {

@@ -1,4 +1,4 @@
-//! The tables beside an answer: the sets are swept and judged again by the plain oracle, and every field is compared.
+//! Checks the tables of an answer: the plain oracle sweeps and judges the sets again, and every field is compared.
 
 use std::path::Path;
 
@@ -18,13 +18,13 @@ use perirobot_sweep::results::files::{
     CONDITIONS, DRAWS, JUDGE_JSON, REQUIREMENTS, SEPARATION, SPEEDS, read_regular,
 };
 
-/// What helps with a folder whose tables do not hold.
+/// The remedy for wrong tables.
 const CURE: &str = "choose again";
 
 /// Compares all tables of an answer.
 ///
 /// # Errors
-/// `Error::Input` that names file, row and column of what does not hold; `Error::Stopped`.
+/// `Error::Input` that names file, row and column of a wrong field; `Error::Stopped`.
 pub(super) fn verify_tables(folder: &Path, report: &PurchaseReport, input: ProofInput) -> Result<()> {
     let ProofInput { study, purchase, worlds, progress, .. } = input;
     is_written(&folder.join(CHEAPEST), Some(&report.csv()))?;
@@ -40,8 +40,8 @@ pub(super) fn verify_tables(folder: &Path, report: &PurchaseReport, input: Proof
     let choices: Vec<Choice> = (0..sets.combinations.len()).map(choice).collect();
     let judging = Judging::new(&sets, worlds, &results, &choices)?;
     let judged = judging.judge(&open_oracle, progress)?;
-    let again =
-        tempfile::tempdir().map_err(|error| Error::io(&std::env::temp_dir(), "takes no folder", error))?;
+    let again = tempfile::tempdir()
+        .map_err(|error| Error::io(&std::env::temp_dir(), "cannot hold a new folder", error))?;
     judging.write(again.path(), &judged)?;
     compare_verdicts(folder, again.path())?;
     for name in [REQUIREMENTS, CONDITIONS, DRAWS, SEPARATION, SPEEDS] {
@@ -52,11 +52,11 @@ pub(super) fn verify_tables(folder: &Path, report: &PurchaseReport, input: Proof
     Ok(())
 }
 
-/// Fails if there are tables of sets, though none was found.
+/// Fails if there are tables of sets, but no set was found.
 fn nothing_more(folder: &Path, report: &PurchaseReport) -> Result<()> {
     let tables = ["results.csv", "scores.csv", "poses.csv", JUDGE_JSON, REQUIREMENTS];
     if let Some(name) = tables.into_iter().find(|name| folder.join(name).exists()) {
-        let issue = Issue::damaged("is there, and no set was found").cure(CURE);
+        let issue = Issue::damaged("exists, but no set was found").cure(CURE);
         return Err(issue.with_place(folder.join(name)).into());
     }
     if report.perirobot != env!("CARGO_PKG_VERSION") {
@@ -79,7 +79,7 @@ fn compare_verdicts(folder: &Path, again: &Path) -> Result<()> {
     match first_difference(String::new(), &own, &right) {
         None => Ok(()),
         Some(Difference { place, own, other }) => {
-            let what = format!("is {own}, and judged again it is {other}");
+            let what = format!("is {own}, but judged again it is {other}");
             Err(Issue::damaged(what).cure(CURE).with_place(place).with_place(path).into())
         }
     }

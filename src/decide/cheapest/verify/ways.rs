@@ -1,6 +1,6 @@
-//! The ways in of an answer, followed again step by step. Shared with the search are the study (bodies, places of
-//! entries) and what one sensor watches in one snapshot; free space, distances of a body and the sensors that notice it
-//! together are found here by trying all voxels.
+//! The ways in of an answer, followed again step by step. Only the study (bodies, places of entries) and the watched
+//! voxels of one sensor in one snapshot are shared with the search; free space, distances of a body and the sensors
+//! that notice it together are found here by trying all voxels.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -23,24 +23,24 @@ use perirobot_study::input::{Hazard, Measure, Nearness, Requirement};
 /// A way in that was followed.
 pub(super) struct FollowedWay {
     pub(super) passage: Passage,
-    /// How near it comes, squared in voxels.
+    /// Its closest distance, squared in voxels.
     pub(super) squared: u32,
-    /// For each candidate whether it is one of those of which one at least notices it.
+    /// For each candidate whether it is one of those of which at least one notices the body.
     pub(super) noticed_by: Vec<bool>,
-    /// Which scene and company, and which body, and where that is at the end.
+    /// Scene and company, body, and its place at the end.
     cell: usize,
     body: usize,
     end: [i32; 3],
 }
 
-/// How near a body is at an entry whatever is watched.
+/// The distance of a body at an entry, independent of sensors.
 pub(super) struct AtEntry {
     pub(super) passage: Passage,
     /// Squared, in voxels.
     pub(super) squared: u32,
 }
 
-/// What is known of bodies that come near.
+/// Facts about approaching bodies.
 pub(super) struct NearFacts<'g> {
     cells: Vec<Cell<'g>>,
     pub(super) ways: Vec<FollowedWay>,
@@ -52,14 +52,14 @@ struct Cell<'g> {
     ground: &'g Ground<'g>,
     company: Company,
     truths: Vec<Arc<Truth>>,
-    /// What is solid in all snapshots.
+    /// The voxels that are solid in all snapshots.
     solid: BitGrid,
     /// What is of neither a robot nor a person and has nothing solid right above, in some snapshot.
     surfaces: BitGrid,
     /// Of each body that walks, the voxels right below it, from its place; `None` of others.
     below: Vec<Option<Vec<[i32; 3]>>>,
     hazard: BitGrid,
-    /// The voxels of the hazard with a neighbour outside: none of the others is the nearest.
+    /// The surface voxels of the hazard: one of them is the nearest.
     surface: Vec<[i32; 3]>,
 }
 
@@ -67,7 +67,7 @@ impl<'g> NearFacts<'g> {
     /// Follows all ways in, in the order of the file.
     ///
     /// # Errors
-    /// `Error::Input` that names the way and what does not hold of it; `Error::Stopped`.
+    /// `Error::Input` that names the way and its wrong claim; `Error::Stopped`.
     pub(super) fn new(input: ProofInput<'g>, ways: &[ProvenWay]) -> Result<NearFacts<'g>> {
         let mut cells = Vec::new();
         for ground in input.grounds {
@@ -97,7 +97,7 @@ impl<'g> NearFacts<'g> {
                     way.map(|way| FollowedWay { cell: place, ..way }).map_err(Error::from)
                 };
                 let found: Vec<Result<FollowedWay>> = own.par_iter().map(follow).collect();
-                // The first that does not hold is told, whichever thread was faster.
+                // The first wrong way is reported, whichever thread was faster.
                 let found: Vec<FollowedWay> = found.into_iter().collect::<Result<_>>()?;
                 own.into_iter().zip(found).for_each(|(number, way)| followed[number] = Some(way));
             }
@@ -105,16 +105,15 @@ impl<'g> NearFacts<'g> {
         Ok(NearFacts { cells, ways: followed.into_iter().flatten().collect(), entries })
     }
 
-    /// How many of those who notice a way a set needs that passes some terms: one more than may be dead; none if the way
-    /// does not lead too near.
+    /// The number of noticing candidates that a passing set needs: one more than may be dead; `None` if the way does
+    /// not lead too near.
     pub(super) fn needed(&self, input: ProofInput, terms: &Terms, way: &FollowedWay) -> Option<usize> {
         let near = missed_requirements(input, terms, &way.passage, way.squared);
         let dead = near.flat_map(|one| one.under.iter().filter_map(|&condition| dead_in(condition)).max());
         dead.max().map(|dead| dead + 1)
     }
 
-    /// Where the middle of a body is at the end of a way, in world metres, and which object stands before it, seen from
-    /// most candidates.
+    /// The body's centre at the end of a way, in world metres, and the object in front of it for most candidates.
     pub(super) fn end_of(&self, input: ProofInput, way: &FollowedWay) -> ([f64; 3], Option<String>) {
         let Cell { ground, truths, .. } = &self.cells[way.cell];
         let (body, world, truth) = (&ground.bodies[way.body], &ground.worlds[0], &truths[0]);
@@ -126,7 +125,7 @@ impl<'g> NearFacts<'g> {
         (body.middle_m(way.end, &world.grid).to_array(), named.first().map(|(_, name)| (*name).clone()))
     }
 
-    /// The first entry at which a body is too near already, whatever is chosen, and the requirement that says so.
+    /// The first entry at which a body is already too near, and the missed requirement.
     pub(super) fn too_near_at_entry<'t>(
         &self,
         input: ProofInput,
@@ -137,7 +136,7 @@ impl<'g> NearFacts<'g> {
     }
 }
 
-/// The requirements that a body misses that comes so near, if nothing but dead sensors is not as planned.
+/// The requirements that a body at this distance misses, if dead sensors are the only alteration.
 fn missed_requirements<'t>(
     input: ProofInput,
     terms: &'t Terms,
@@ -235,7 +234,7 @@ impl<'g> Cell<'g> {
         own.all(|voxel| !self.solid.get(voxel)) && self.below[body].as_ref().is_none_or(is_carried)
     }
 
-    /// How near a body is to the hazard at a place, squared in voxels.
+    /// The distance of a body at a place from the hazard, squared in voxels.
     fn squared_distance(&self, body: &Body, place: [i32; 3]) -> u32 {
         let to_surface = |voxel: [i32; 3]| {
             let squared = |other: &[i32; 3]| (0..3).map(|r| voxel[r].abs_diff(other[r]).pow(2)).sum::<u32>();
@@ -245,8 +244,8 @@ impl<'g> Cell<'g> {
         body.voxels(place).map(to_surface).min().unwrap_or(u32::MAX)
     }
 
-    /// How near each body is at each entry where it has room; none where it has no room. Distances from the table of all
-    /// voxels say where it is nearest; how near that is, is found by trying all voxels.
+    /// The distance of each body at each entry; `None` if it does not fit. The table of all distances gives the nearest
+    /// place; the distance there is found by trying all voxels.
     fn at_entries(&self) -> Vec<AtEntry> {
         let distances = Distances::from_set(&self.hazard);
         let mut all = Vec::new();
@@ -265,7 +264,7 @@ impl<'g> Cell<'g> {
         all
     }
 
-    /// What each candidate watches in each snapshot.
+    /// The voxels that each candidate watches in each snapshot.
     fn watched(&self, input: ProofInput, repeat: usize) -> Result<Vec<Vec<BitGrid>>> {
         let watchers = input.watchers(repeat);
         let look = |one: &Watcher| {
@@ -287,17 +286,17 @@ impl<'g> Cell<'g> {
         let wrong = |key: &str, what: String| Err(Issue::says(what).with_place(format!("{at}.{key}")));
         let Ground { study, bodies, places: rooms, begins, .. } = self.ground;
         let Some(number) = bodies.iter().position(|body| body.name == way.body) else {
-            return wrong("body", format!("{:?} is no body of the study", way.body));
+            return wrong("body", format!("{:?} is not a body of the study", way.body));
         };
         let Some(entry) = study.approach.entries.iter().position(|entry| entry.name == way.entry) else {
-            return wrong("entry", format!("{:?} is no entry of the study", way.entry));
+            return wrong("entry", format!("{:?} is not an entry of the study", way.entry));
         };
         let (body, begin) = (&bodies[number], &begins[number][entry]);
         let (Some(&first), Some(&end)) = (way.places.first(), way.places.last()) else {
             return wrong("places", "is empty".into());
         };
         if !begin.get(first) {
-            return wrong("places[0]", format!("{first:?} is no place of entry {:?}", way.entry));
+            return wrong("places[0]", format!("{first:?} is not a place of entry {:?}", way.entry));
         }
         let is_step = |[from, to]: [[i32; 3]; 2]| {
             let apart = [0, 1, 2].map(|r| from[r].abs_diff(to[r]));
@@ -309,24 +308,24 @@ impl<'g> Cell<'g> {
         for (step, &place) in way.places.iter().enumerate() {
             let key = format!("places[{step}]");
             if step > 0 && !is_step([way.places[step - 1], place]) {
-                return wrong(&key, format!("{place:?} is not beside the place before"));
+                return wrong(&key, format!("{place:?} is not adjacent to the previous place"));
             }
             if !rooms[number].contains(place) || !self.has_room(number, place) {
-                return wrong(&key, format!("{place:?} has no room for body {:?}", way.body));
+                return wrong(&key, format!("body {:?} does not fit at {place:?}", way.body));
             }
         }
         let squared = self.squared_distance(body, end);
         let nearest_m = f64::from(squared).sqrt() * study.voxel_size_m;
         if nearest_m != way.nearest_m {
-            return wrong("nearest_m", format!("is {}, and measured again it is {nearest_m}", way.nearest_m));
+            return wrong("nearest_m", format!("is {}, but measured again it is {nearest_m}", way.nearest_m));
         }
         let noticed_by = self.who_notices(input, (at, way), body, watched)?;
         let passage = self.passage(body, entry, way.repeat);
         Ok(FollowedWay { passage, squared, noticed_by, cell: 0, body: number, end })
     }
 
-    /// Whether all candidates but those that are said to notice a body do not notice it together, and with any one of those
-    /// they do.
+    /// Checks that all candidates outside the list together do not notice a body, and that they do with any one of the
+    /// list.
     fn who_notices(
         &self,
         input: ProofInput,
@@ -343,7 +342,7 @@ impl<'g> Cell<'g> {
                     return Err(Issue::says(format!("{name:?} is out of order")).with_place(in_file(number)));
                 }
                 None => {
-                    let what = format!("{name:?} is no pose of the study");
+                    let what = format!("{name:?} is not a pose of the study");
                     return Err(Issue::says(what).with_place(in_file(number)));
                 }
             }

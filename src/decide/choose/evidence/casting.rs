@@ -30,73 +30,73 @@ use perirobot_sweep::results::PoseChoice;
 use perirobot_sweep::results::files::write_whole;
 use perirobot_sweep::scoring::{EvidenceReader, Failover, ReadPlan, SensorSays};
 
-/// Evidence that is there in part.
+/// Partly complete evidence.
 pub struct Casting<'a> {
     study: &'a Study,
     worlds: &'a [World],
     /// The representation of each sensor.
     representations: &'a [usize],
-    /// Of each world the voxels of which evidence is cast.
+    /// The voxels of each world that evidence covers.
     windows: Vec<Window>,
     /// Sensor and candidate of each row, in study order.
     items: Vec<[usize; 2]>,
-    /// The regions, and which counts are wanted of each.
+    /// The regions, with their wanted counts.
     regions: Vec<(usize, WantedCounts)>,
-    /// The rows of each.
+    /// The rows of each region.
     rows: Vec<RegionRows>,
     is_filed: bool,
-    /// Where each record of each row is in the file.
+    /// The place of each record of each row in the file.
     places: Vec<Vec<RecordPlace>>,
-    /// Of each row which repeats of which worlds are there, and how many are not.
+    /// For each row the finished repeats of each world, and the number of the others.
     done: Vec<Vec<bool>>,
     left: Vec<u64>,
-    /// Bytes that the rows of all regions may take.
+    /// Memory limit of the rows of all regions, in bytes.
     memory_bytes: u64,
     file: Option<EvidenceFile>,
-    /// Records of the file that are damaged; their evidence is cast again.
+    /// Damaged records of the file; their evidence is cast again.
     pub damaged: usize,
 }
 
-/// What every candidate says.
+/// The evidence of all candidates.
 pub struct CastEvidence {
-    /// The evidence of each region that was asked for, in that order; the same candidates in all.
+    /// The evidence of each requested region, in that order; the same candidates in all.
     pub of_regions: Vec<CandidateEvidence>,
-    /// The file that it is read from, if it takes more memory than it may.
+    /// The file that it is read from, if it exceeds the memory limit.
     pub file: Option<PathBuf>,
-    /// How many poses of a device the CPU counted again.
+    /// The number of poses of a device that the CPU recounted.
     pub checked: Option<u64>,
 }
 
-/// The file that stands beside evidence of a device. It lists the regions in which the CPU has counted some of it again.
+/// The marker file next to evidence of a device. It lists the regions in which the CPU has recounted some of it.
 fn doubt_marker(evidence: &Path) -> PathBuf {
     evidence.with_extension("unchecked")
 }
 
-/// What that file says before any.
+/// The first line of the marker file.
 const DOUBT: &str = "a device cast these poses; regions in which the CPU counted some of them again:\n";
 
-/// A region and what is counted there, as the file lists it: a study may change what a name stands for.
+/// A region with its wanted counts, as the marker file lists it: a study may change the meaning of a name.
 fn checked_region(worlds: &[World], (region, wanted): (usize, WantedCounts)) -> String {
     let voxels = worlds.iter().map(|world| &world.regions[region].voxels);
     let words = voxels.flat_map(|voxels| voxels.words()).flat_map(|word| word.to_le_bytes());
     let windows: Vec<Window> = worlds.iter().map(|world| world.regions[region].voxels.window()).collect();
-    let asked = format!("{wanted:?} {windows:?}");
+    let question = format!("{wanted:?} {windows:?}");
     let name = &worlds[0].regions[region].name;
-    format!("{} {name}", sha256([asked.as_bytes(), &words.collect::<Vec<u8>>()]))
+    format!("{} {name}", sha256([question.as_bytes(), &words.collect::<Vec<u8>>()]))
 }
 
-/// How many repeats of a sensor differ.
+/// The number of different repeats of a sensor.
 fn repeats(study: &Study, sensor: &Sensor) -> usize {
     if sensor.kind.is_noisy() { study.repeats as usize } else { 1 }
 }
 
 impl<'a> Casting<'a> {
-    /// The counts wanted of each of some regions, whose rows may take `memory_bytes` together; `representations` is the
-    /// representation of each sensor. What the folder has is read; what is cast will be kept there. With `restart` the
-    /// folder's evidence is lost.
+    /// The wanted counts of some regions, whose rows may take `memory_bytes` together; `representations` is the
+    /// representation of each sensor. The folder's evidence is read, and new evidence is stored there; `restart`
+    /// discards the old.
     ///
     /// # Errors
-    /// When it does not fit into memory; those of the file.
+    /// If it does not fit into memory; those of the file.
     pub fn begin(
         study: &'a Study,
         regions: &[(usize, WantedCounts)],
@@ -107,7 +107,7 @@ impl<'a> Casting<'a> {
     ) -> Result<Casting<'a>> {
         let items = candidates_of(study);
         let blocks = |&[sensor, _]: &[usize; 2]| repeats(study, &study.sensors[sensor]) * worlds.len();
-        // What is kept serves any region of a later study.
+        // Stored evidence serves any region of a later study.
         let window = |world: &World| match kept {
             Some(_) => world.grid.window(),
             None => window_of(&world.regions),
@@ -144,7 +144,7 @@ impl<'a> Casting<'a> {
         Ok(casting)
     }
 
-    /// Takes what a file has.
+    /// Reads the records of a file.
     fn read(&mut self, file: &mut EvidenceFile) -> Result<()> {
         let blocks: Vec<usize> = self.done.iter().map(Vec::len).collect();
         let worlds = self.worlds.len();
@@ -166,36 +166,36 @@ impl<'a> Casting<'a> {
         Ok(())
     }
 
-    /// How many candidates there are to cast, in each scene, snapshot and repeat for itself.
+    /// The number of candidates, in each scene, snapshot and repeat.
     pub fn total(&self) -> u64 {
         self.done.iter().map(|done| done.len() as u64).sum()
     }
 
-    /// How many of them are not there yet.
+    /// The number that is not finished.
     pub fn remaining(&self) -> u64 {
         self.left.iter().sum()
     }
 
-    /// Whether it takes more memory than it may, so that it is read from the file where it is needed.
+    /// Whether it exceeds the memory limit, so that it is read from the file when needed.
     pub fn is_filed(&self) -> bool {
         self.is_filed
     }
 
-    /// Where evidence is kept.
+    /// The file of the evidence.
     pub fn path(&self) -> Option<&Path> {
         self.file.as_ref().map(|file| file.path.as_path())
     }
 
-    /// Casts what is left.
+    /// Casts the rest.
     ///
     /// # Errors
-    /// When the backend fails; when the disk does; `Error::Stopped`. What was cast before is kept.
+    /// If the backend fails; if the disk does; `Error::Stopped`. Finished evidence is kept.
     pub fn run(&mut self, backend: &mut dyn Backend, progress: &dyn Progress) -> Result<()> {
         self.run_by(progress, |plan, taking| plan.read(backend, taking))
     }
 
-    /// The same on the backend of a user's choice; others step in where a device fails. What is kept of a device is in doubt
-    /// until [`Casting::check`] says otherwise: whoever goes on checks it, even where another one goes on, or none.
+    /// The same on the user's backend, with fallbacks for a failing device. Evidence of a device is marked as unchecked
+    /// until [`Casting::check`] succeeds; a later run checks it even if it uses another backend or casts nothing.
     ///
     /// # Errors
     /// Those of [`Casting::run`].
@@ -225,7 +225,7 @@ impl<'a> Casting<'a> {
         let first = (0..study.sensors.len()).map(first).collect();
         let mut taking = Taking { casting: self, first, progress, stopped: None };
         let plan = ReadPlan { study: &study, worlds, pose_choices: &choices, representations };
-        // Poses that were cast before a panic are kept as well.
+        // Poses cast before a panic are stored as well.
         let cast = catch_panic(|| read(plan, &mut taking));
         let stopped = taking.stopped;
         let synced = self.file.as_mut().map_or(Ok(()), EvidenceFile::sync);
@@ -247,7 +247,7 @@ impl<'a> Casting<'a> {
         format!("{why}: {left} of {total} scene-poses are left to cast{kept}")
     }
 
-    /// Casts what is left. Where a device casts, one pose in `verify` is checked on the CPU.
+    /// Casts the rest. On a device, one pose in `verify` is checked on the CPU.
     ///
     /// # Errors
     /// Those of [`Casting::run_on`] and [`Casting::check`].
@@ -265,11 +265,11 @@ impl<'a> Casting<'a> {
         Ok(CastEvidence { of_regions, file, checked })
     }
 
-    /// All evidence, when nothing is left. Where a device cast some of it, the CPU counts one pose in `every` again, and
-    /// with the evidence comes of how many.
+    /// All evidence, when it is complete. If a device cast some of it, the CPU recounts one pose in `every`; returns
+    /// their number as well.
     ///
     /// # Errors
-    /// `Error::Disagreement`: what was kept is removed, since what a device said wrongly must not be searched later.
+    /// `Error::Disagreement`: stored evidence is removed, since wrong evidence must not be searched later.
     pub fn check(
         self,
         backends: &mut dyn BackendFactory,
@@ -278,8 +278,8 @@ impl<'a> Casting<'a> {
         let (study, worlds, kept) = (self.study, self.worlds, self.path().map(Path::to_path_buf));
         let (representations, regions) = (self.representations, self.regions.clone());
         let doubt = self.doubt().and_then(|path| Some((std::fs::read_to_string(&path).ok()?, path)));
-        let asked: Vec<String> = regions.iter().map(|&asked| checked_region(worlds, asked)).collect();
-        let is_known = |said: &str| asked.iter().all(|asked| said.lines().any(|line| line == asked));
+        let required: Vec<String> = regions.iter().map(|&asked| checked_region(worlds, asked)).collect();
+        let is_known = |listed: &str| required.iter().all(|region| listed.lines().any(|line| line == region));
         let doubt = doubt.filter(|(said, _)| !is_known(said));
         let evidence = self.evidence();
         if !backends.needs_check() && doubt.is_none() {
@@ -290,7 +290,7 @@ impl<'a> Casting<'a> {
         let checked = count_again(&regions, (study, worlds), representations, cpu.as_mut(), every);
         match (&checked, doubt) {
             (Ok(_), Some((said, path))) => {
-                write_whole(&path, format!("{said}{}\n", asked.join("\n")).as_bytes())?;
+                write_whole(&path, format!("{said}{}\n", required.join("\n")).as_bytes())?;
             }
             (Err(Error::Disagreement(_)), doubt) => {
                 let wrong = kept.into_iter().chain(doubt.map(|(_, path)| path));
@@ -301,13 +301,13 @@ impl<'a> Casting<'a> {
         checked.map(|count| (evidence, Some(count)))
     }
 
-    /// The file that says that what is kept is in doubt.
+    /// The marker file of unchecked evidence.
     fn doubt(&self) -> Option<PathBuf> {
         self.path().map(doubt_marker)
     }
 
-    /// All evidence of each region, in their order and with the same candidates, when nothing is left. A search of one of
-    /// them may take the memory that all of them leave.
+    /// All evidence of each region, in their order and with the same candidates, when it is complete. The search of a
+    /// region may use the memory that all regions leave.
     pub fn evidence(self) -> Vec<CandidateEvidence> {
         assert_eq!(self.remaining(), 0, "everything was cast");
         let (bytes, memory_bytes) = (self.bytes(), self.memory_bytes);
@@ -332,18 +332,18 @@ impl<'a> Casting<'a> {
         key.repeat * self.worlds.len() + key.world
     }
 
-    /// How many bytes the rows of all regions take, held or not.
+    /// Bytes of the rows of all regions, in memory or not.
     fn bytes(&self) -> u64 {
         self.rows.iter().map(|of| of.bytes).sum()
     }
 
-    /// What a candidate says of each region.
+    /// The evidence of a candidate in each region.
     fn pick(&self, key: RecordKey, said: &SaidPlanes) -> Vec<CandidateWords> {
         let sensor = self.items[key.item][0];
         self.rows.iter().map(|of| of.pick(sensor, key.world, said)).collect()
     }
 
-    /// Takes what a candidate says of each region, once.
+    /// Stores the evidence of a candidate in each region, once.
     fn put(&mut self, key: RecordKey, place: RecordPlace, words: &[CandidateWords]) {
         let block = self.block(key);
         if std::mem::replace(&mut self.done[key.item][block], true) {
@@ -352,7 +352,7 @@ impl<'a> Casting<'a> {
         self.places[key.item][block] = place;
         self.left[key.item] -= 1;
         let (worlds, sensor) = (self.worlds.len(), self.items[key.item][0]);
-        // What has no noise says the same in all repeats.
+        // Sensors without noise have the same evidence in all repeats.
         let repeats = match repeats(self.study, &self.study.sensors[sensor]) {
             1 => 0..self.study.repeats as usize,
             _ => key.repeat..key.repeat + 1,
@@ -365,10 +365,10 @@ impl<'a> Casting<'a> {
         }
     }
 
-    /// Whether all of it will fit. If it does not, it is read from the file where it is needed.
+    /// Whether all of it will fit. If not, it is read from the file when needed.
     ///
     /// # Errors
-    /// When there is no file.
+    /// If there is no file.
     fn fits(&mut self) -> Result<()> {
         if self.is_filed {
             return Ok(());
@@ -388,7 +388,7 @@ impl<'a> Casting<'a> {
         }
         let mib = |bytes: u64| bytes.div_ceil(1 << 20);
         let what = format!(
-            "the evidence of {} poses in {} scenes, snapshots and repeats takes {} MiB, and {} MiB are allowed",
+            "the evidence of {} poses in {} scenes, snapshots and repeats takes {} MiB, but {} MiB are allowed",
             self.items.len(),
             self.worlds.len() * self.study.repeats as usize,
             mib(needed),
@@ -401,7 +401,7 @@ impl<'a> Casting<'a> {
     }
 }
 
-/// Takes what sensors say as it comes.
+/// Receives the evidence of sensors during the cast.
 struct Taking<'c, 'a> {
     casting: &'c mut Casting<'a>,
     /// The row of each sensor's first candidate.
@@ -411,7 +411,7 @@ struct Taking<'c, 'a> {
 }
 
 impl Taking<'_, '_> {
-    /// The number of a world.
+    /// The index of a world.
     fn world(&self, world: &World) -> usize {
         let here = |other: &World| (other.scene, other.snapshot) == (world.scene, world.snapshot);
         self.casting.worlds.iter().position(here).expect("worlds are those that are cast")
@@ -430,7 +430,7 @@ impl EvidenceReader for Taking<'_, '_> {
 
     fn wants(&self, world: &World, repeat: usize, pose_choice: &PoseChoice) -> bool {
         let key = self.key(world, repeat, pose_choice);
-        // What has no noise is cast in the first repeat.
+        // Sensors without noise are cast in the first repeat only.
         self.casting.done[key.item].get(self.casting.block(key)).is_some_and(|done| !done)
     }
 
@@ -439,9 +439,9 @@ impl EvidenceReader for Taking<'_, '_> {
         let keys: Vec<RecordKey> = keys.collect();
         let (casting, is_kept) = (&*self.casting, self.casting.file.is_some());
         let take = |(key, (_, said)): (RecordKey, &(_, Vec<SensorSays>))| {
-            let said = join(casting.windows[key.world], said);
-            let packed = if is_kept { said.each_ref().map(pack) } else { Default::default() };
-            (key, packed, casting.pick(key, &said))
+            let joined = join(casting.windows[key.world], said);
+            let packed = if is_kept { joined.each_ref().map(pack) } else { Default::default() };
+            (key, packed, casting.pick(key, &joined))
         };
         let records: Vec<(RecordKey, PackedPlanes, Vec<CandidateWords>)> =
             keys.into_par_iter().zip(&said).map(take).collect();

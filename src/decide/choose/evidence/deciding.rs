@@ -27,15 +27,15 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::journal::Shard;
 use perirobot_sweep::results::manifest::Manifest;
 
-/// What decides a sweep but not evidence. `poses_sha256` covers names of places, with heights above the floor of
-/// `[approach]`; the study and the hashes of placements determine where sensors are.
+/// Keys that decide a sweep but not evidence. `poses_sha256` covers names of places, with heights above the floor of
+/// `[approach]`; the study and the hashes of placements determine the sensors' poses.
 const NOT_DECIDING: [&str; 2] = ["combinations", "poses_sha256"];
 
-/// The same of the keys of a study; those that do not decide a sweep either are left out already.
+/// The same for the keys of a study; those that do not decide a sweep either are already removed.
 const STUDY_NOT_DECIDING: [&str; 6] =
     ["approach", "combination", "fusion", "min_hits", "mixed_noise", "region"];
 
-/// All that evidence of a study depends on; `representations` is the representation of each sensor.
+/// All inputs of a study's evidence; `representations` is the representation of each sensor.
 pub(super) fn deciding(study: &Study, worlds: &[World], representations: &[usize]) -> Map<String, Value> {
     let mut all = Manifest::new(study, worlds, Shard::WHOLE, &[]).deciding().clone();
     remove(&mut all, &NOT_DECIDING);

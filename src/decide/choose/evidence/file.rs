@@ -31,7 +31,7 @@ use perirobot_sweep::results::files::sync_folder_of;
 use perirobot_sweep::results::journal::open_alone;
 use perirobot_sweep::results::manifest::changes;
 
-/// The evidence of all candidates, in the folder of an answer.
+/// The file of the evidence, in the folder of an answer.
 pub const EVIDENCE: &str = "evidence.journal";
 
 const MAGIC: [u8; 8] = *b"PeRSevid";
@@ -39,23 +39,23 @@ const MAGIC: [u8; 8] = *b"PeRSevid";
 /// Version of this format.
 const VERSION: u32 = 2;
 
-/// Bytes before what decides the evidence.
+/// Bytes before the inputs of the evidence.
 const HEADER_BYTES: usize = 8 + 4 + 8 + 32 + CHECK_BYTES;
 
 /// Bytes of a record before its planes.
 const RECORD_BYTES: usize = 4 * NUMBERS + 2 * CHECK_BYTES;
 
-/// Whose it is, and how long its planes are.
+/// The header numbers of a record: its key and the lengths of its planes.
 const NUMBERS: usize = 3 + SAID;
 
-/// The longest description of a study that is read: no study has as much to say.
+/// The longest description of a study that is read; real ones are shorter.
 const MOST_SAID: u64 = 1 << 30;
 
-/// How long what was cast may wait until the disk has it. A process that is killed loses nothing; a machine that loses
-/// power loses so much.
+/// Largest delay between a cast and its sync to disk. A killed process loses nothing; a power failure loses at most
+/// this much.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
-/// Whose evidence a record has: of a candidate in one repeat of a world.
+/// The key of a record: a candidate in one repeat of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct RecordKey {
     pub(super) item: usize,
@@ -63,38 +63,38 @@ pub(super) struct RecordKey {
     pub(super) repeat: usize,
 }
 
-/// What a candidate says in one repeat of a world, packed.
+/// The evidence of a candidate in one repeat of a world, packed.
 pub(super) type PackedPlanes = [Vec<u8>; SAID];
 
-/// What stands in a file.
+/// The contents of a file.
 #[derive(Debug, Default)]
 pub(super) struct FileContents {
-    /// Records that can be read no more.
+    /// Damaged records.
     pub(super) damaged: Vec<RecordKey>,
-    /// Whether the file can be read no further from some place on, although it goes on.
+    /// Whether the file is unreadable from some place on, before its end.
     pub(super) is_cut: bool,
 }
 
-/// The file of a folder. It is begun when the first evidence comes.
+/// The evidence file of a folder, created with the first evidence.
 #[derive(Debug)]
 pub(super) struct EvidenceFile {
     pub(super) path: PathBuf,
-    /// What decides the evidence.
+    /// The inputs of the evidence.
     says: Vec<u8>,
     fingerprint: [u8; 32],
     file: Option<File>,
-    /// Where the next record goes; 0 before the file is begun.
+    /// The end of the last record; 0 before the file is created.
     end: u64,
     unsynced_since: Option<Instant>,
 }
 
 impl EvidenceFile {
-    /// The file of a folder, which holds evidence of just this, or none. With `restart` what it holds is lost as soon
-    /// as something is cast.
+    /// Opens the evidence file of a folder, which has evidence for these inputs or none. With `restart` old evidence is
+    /// discarded at the first write.
     ///
     /// # Errors
-    /// `Error::Input` if it holds anything else, with what has changed;
-    /// `Error::Busy` if another run is at work in it; `Error::Storage` if the disk fails.
+    /// `Error::Input` if it contains evidence for other inputs, with the differences; `Error::Busy` if another run uses
+    /// it; `Error::Storage` if the disk fails.
     pub(super) fn open(
         folder: &Path,
         study: &Study,
@@ -103,9 +103,7 @@ impl EvidenceFile {
     ) -> Result<EvidenceFile> {
         let path = folder.join(EVIDENCE);
         if study.sources.has_read(&path) {
-            let what = Words::from("is a file that the study reads, and ")
-                + Argument("out")
-                + " would write over it";
+            let what = Words::from("is a file of the study, but ") + Argument("out") + " would overwrite it";
             return Err(Error::input(path, what).with_advice("name another folder"));
         }
         let there = path.symlink_metadata().is_ok();
@@ -123,7 +121,7 @@ impl EvidenceFile {
         Ok(kept)
     }
 
-    /// What decides the evidence of a file; `None` if the file ends before it does.
+    /// The inputs of a file's evidence; `None` if the file ends within them.
     fn header(&self, mut file: &File) -> Result<Option<Vec<u8>>> {
         let unfit =
             |what: String, cure: Words| Error::from(Issue::damaged(what).cure(cure).with_place(&self.path));
@@ -133,7 +131,7 @@ impl EvidenceFile {
         let begins = bytes.len().min(MAGIC.len());
         if bytes[..begins] != MAGIC[..begins] {
             return Err(unfit(
-                "is no evidence of perirobot".into(),
+                "is not an evidence file of perirobot".into(),
                 "name another folder, or move it away".into(),
             ));
         }
@@ -142,14 +140,14 @@ impl EvidenceFile {
         }
         let version = u32::from_le_bytes(std::array::from_fn(|i| bytes[8 + i]));
         if version != VERSION {
-            let what = format!("is evidence of format {version}, this perirobot writes {VERSION}");
-            let cure = Words::from("name another folder, or begin anew with ") + Argument("restart");
+            let what = format!("has evidence of format {version}, but this perirobot writes {VERSION}");
+            let cure = Words::from("name another folder, or start over with ") + Argument("restart");
             return Err(unfit(what, cure));
         }
         let length = u64::from_le_bytes(std::array::from_fn(|i| bytes[12 + i]));
         let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
         let damaged =
-            || unfit("has a damaged beginning".into(), Words::from(Argument("restart")) + " begins anew");
+            || unfit("has a damaged beginning".into(), Words::from(Argument("restart")) + " starts over");
         if checksum([body, &[]]) != sum || length > MOST_SAID {
             return Err(damaged());
         }
@@ -168,14 +166,17 @@ impl EvidenceFile {
     fn another(&self, was: &[u8], is: &Map<String, Value>) -> Error {
         let was: Map<String, Value> = serde_json::from_slice(was).unwrap_or_default();
         let changes = changes(&was, is).join("; ");
-        let cure = Words::from("name another folder, or begin anew with ")
+        let cure = Words::from("name another folder, or start over with ")
             + Argument("restart")
-            + " (what was cast is then lost)";
-        Error::input(&self.path, Words::from(format!("holds evidence of something else: {changes}. ")) + cure)
+            + " (which discards its evidence)";
+        Error::input(
+            &self.path,
+            Words::from(format!("contains evidence of another study: {changes}. ")) + cure,
+        )
     }
 
-    /// Hands over every record that is whole, with the place where its planes begin. `is_known` decides whether there is
-    /// such a record, and `take` whether its planes could be unpacked.
+    /// Passes every complete record to `take`, with the place of its planes. `is_known` decides whether such a record
+    /// exists, and `take` whether its planes could be unpacked.
     pub(super) fn read(
         &mut self,
         is_known: impl Fn(RecordKey) -> bool,
@@ -207,9 +208,9 @@ impl EvidenceFile {
             payload.resize(bytes, 0);
             reader.read_exact(&mut payload).map_err(unreadable)?;
             let mut left = &payload[..];
-            let said = lengths.map(|length| left.split_off(..length).unwrap_or_default().to_vec());
+            let planes = lengths.map(|length| left.split_off(..length).unwrap_or_default().to_vec());
             let is_whole = checksum([&self.fingerprint, &payload]) == body[4 * NUMBERS..];
-            if !is_whole || !take(key, self.end + RECORD_BYTES as u64, said) {
+            if !is_whole || !take(key, self.end + RECORD_BYTES as u64, planes) {
                 found.damaged.push(key);
             }
             self.end = next;
@@ -217,7 +218,7 @@ impl EvidenceFile {
         Ok(found)
     }
 
-    /// Appends records, and returns where the planes of each begin.
+    /// Appends records, and returns the places of their planes.
     pub(super) fn append<'r>(
         &mut self,
         records: impl Iterator<Item = (RecordKey, &'r PackedPlanes)>,
@@ -242,7 +243,7 @@ impl EvidenceFile {
             None => self.file.insert(open_alone(&self.path)?),
         };
         let mut write = || {
-            // A record that was torn, and all behind a damaged one, goes.
+            // Torn records, and all after a damaged one, are overwritten.
             file.set_len(self.end)?;
             file.seek(SeekFrom::Start(self.end))?;
             file.write_all(&bytes)?;
@@ -272,7 +273,7 @@ impl EvidenceFile {
         record
     }
 
-    /// Waits until the disk has all that was cast.
+    /// Syncs all evidence to disk.
     pub(super) fn sync(&mut self) -> Result<()> {
         self.unsynced_since = None;
         let synced = self.file.as_ref().map_or(Ok(()), File::sync_data);

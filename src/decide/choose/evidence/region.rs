@@ -7,27 +7,27 @@ use perirobot_march::voxel::Window;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// What a candidate says of a region in one repeat of a world: words of six planes, none of a plane without a bit or that
-/// is not needed.
+/// The evidence of a candidate in a region in one repeat of a world: words of six planes; empty for a plane without a
+/// bit or that is not needed.
 pub(super) type CandidateWords = [Vec<u64>; PLANES];
 
 /// The rows of a region.
 pub(super) struct RegionRows {
     pub(super) layout: BitLayout,
-    /// For each world where its voxels are in planes of what is said.
+    /// For each world the places of its voxels in the planes.
     pub(super) places: Vec<RegionPlaces>,
-    /// Of each sensor the planes that the question needs and that may have a bit.
+    /// The planes of each sensor that the question needs and that may have a bit.
     pub(super) needed: Vec<[bool; PLANES]>,
-    /// What is held in memory: bits of all moments, nothing of a plane without a bit; nothing once that does not fit.
+    /// The bits of all moments in memory, empty for a plane without a bit; all empty once they do not fit.
     pub(super) rows: Vec<[Box<[u64]>; PLANES]>,
-    /// Of each row which planes have a bit.
+    /// The planes of each row that have a bit.
     pub(super) has: Vec<[bool; PLANES]>,
-    /// Bytes that planes take, held or not.
+    /// Bytes of all planes, in memory or not.
     pub(super) bytes: u64,
 }
 
 impl RegionRows {
-    /// Those of some candidates, of which nothing is there yet.
+    /// Empty rows for some candidates.
     pub(super) fn new(
         study: &Study,
         (worlds, windows): (&[World], &[Window]),
@@ -50,7 +50,7 @@ impl RegionRows {
         }
     }
 
-    /// What a sensor says of the region in a world.
+    /// The evidence of a sensor in the region in a world.
     pub(super) fn pick(&self, sensor: usize, world: usize, said: &SaidPlanes) -> CandidateWords {
         std::array::from_fn(|plane| match self.needed[sensor][plane] {
             true => self.places[world].pick(plane, &said[SAID_OF[plane]]),
@@ -58,7 +58,7 @@ impl RegionRows {
         })
     }
 
-    /// Takes what a candidate says at some moments. Beyond `most_bytes` it is only counted, to tell how much there is.
+    /// Stores the evidence of a candidate at some moments. Beyond `most_bytes` it is only counted.
     pub(super) fn put(
         &mut self,
         item: usize,
@@ -84,7 +84,7 @@ impl RegionRows {
         }
     }
 
-    /// How many bytes a row of a sensor may still take.
+    /// The most bytes that a row of a sensor may still take.
     pub(super) fn bytes_to_come(&self, sensor: usize, item: usize) -> u64 {
         let more = (0..PLANES).filter(|&plane| self.needed[sensor][plane] && !self.has[item][plane]);
         more.map(|plane| 8 * self.layout.words[SPACE_OF[plane]] as u64).sum()

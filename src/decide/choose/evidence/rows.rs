@@ -1,4 +1,4 @@
-//! The bits of candidates in the file of the folder, from which they are read at each use.
+//! The bits of candidates in the folder's file, which are read at each use.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -19,26 +19,25 @@ use perirobot_march::voxel::Window;
 #[derive(Debug)]
 pub(super) struct FiledRecords {
     pub(super) path: PathBuf,
-    /// Of each candidate the places of its records, repeat by repeat and in each world by world; of what has no
-    /// noise one repeat.
+    /// The places of each candidate's records, repeat by repeat and then world by world; without noise one repeat.
     pub(super) places: Vec<Vec<RecordPlace>>,
-    /// Of each world the voxels of its planes.
+    /// The voxels of the planes of each world.
     pub(super) windows: Vec<Window>,
     /// Why a row could not be read.
     pub(super) failed: OnceLock<io::Error>,
 }
 
-/// Rows of a region, picked from such records.
+/// Rows of a region, read from such records.
 #[derive(Debug)]
 pub(super) struct FiledRows {
     pub(super) records: Arc<FiledRecords>,
-    /// Of each world where the region is in planes.
+    /// The places of the region in the planes of each world.
     pub(super) region: Vec<RegionPlaces>,
-    /// Of each candidate the planes that are needed and have a bit.
+    /// The planes of each candidate that are needed and have a bit.
     pub(super) has: Vec<[bool; PLANES]>,
 }
 
-/// Where the planes of a record begin, how long each is, and a hash of each, by which it is known again.
+/// The start of a record's planes, their lengths, and a hash of each to detect changes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RecordPlace {
     at: u64,
@@ -60,12 +59,12 @@ impl RecordPlace {
         file.read_exact(&mut packed)?;
         match hash_of(&packed) == self.hashes[plane] {
             true => Ok(packed),
-            false => Err(io::Error::other("other bytes were read than were written")),
+            false => Err(io::Error::other("the bytes have changed since they were written")),
         }
     }
 }
 
-/// A hash that is compared within one process only.
+/// A hash for comparisons within one process.
 fn hash_of(packed: &[u8]) -> u64 {
     let mut hasher = DefaultHasher::new();
     packed.hash(&mut hasher);
@@ -106,8 +105,7 @@ impl FiledRows {
                     continue;
                 }
                 let unpacked = unpack(&place.read(&mut file, said)?, windows[world]);
-                let unpacked =
-                    unpacked.ok_or_else(|| io::Error::other("what was written cannot be unpacked"))?;
+                let unpacked = unpacked.ok_or_else(|| io::Error::other("the plane cannot be unpacked"))?;
                 for plane in picked {
                     let words = self.region[world].pick(plane, &unpacked);
                     if words.is_empty() {
@@ -115,7 +113,7 @@ impl FiledRows {
                     }
                     let row = &mut rows[plane];
                     row.resize(layout.words[SPACE_OF[plane]], 0);
-                    // What has no noise says the same in all repeats.
+                    // Sensors without noise have the same evidence in all repeats.
                     for moment in layout.moments.iter().skip(number).step_by(places.len()) {
                         row[moment.words[SPACE_OF[plane]].clone()].copy_from_slice(&words);
                     }

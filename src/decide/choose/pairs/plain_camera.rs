@@ -11,7 +11,7 @@ pub(crate) struct PlainCamera {
     pub(crate) pose: Pose,
     /// Full angles of view.
     pub(crate) fov_deg: [f64; 2],
-    /// How far it measures, as a depth or along each ray.
+    /// Its range, as a depth or along each ray.
     pub(crate) far_m: f64,
     pub(crate) is_depth: bool,
     /// The lowest and the highest corner of the grid.
@@ -35,7 +35,7 @@ impl PlainCamera {
         look || disturb.overlap.is_some_and(|most| share > most)
     }
 
-    /// A point to the right, down and forward.
+    /// A point as right, down and forward coordinates.
     fn in_camera(&self, point: DVec3) -> [f64; 3] {
         let axes = self.pose.optical();
         [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.dot(point - self.pose.position_m))
@@ -52,15 +52,15 @@ impl PlainCamera {
         (z / point.distance(self.pose.position_m)).acos().to_degrees()
     }
 
-    /// The share of places in its view that are in another's: on 9 columns and 5 rows of rays, cut at the farthest distance
-    /// or at the walls of the grid, the middles of five equal parts.
+    /// The share of its viewed places that are in another's view: for 9 columns and 5 rows of rays, cut at the range or
+    /// at the walls of the grid, the middles of five equal parts.
     fn share_in(&self, other: &PlainCamera) -> f64 {
         let (axes, half) = (self.pose.optical(), self.fov_deg.map(|full| (full / 2.0).to_radians().tan()));
         let (mut seen, mut all) = (0, 0);
         for (column, row) in (0..5).flat_map(|row| (0..9).map(move |column| (column, row))) {
             let x = half[0] * (f64::from(2 * column + 1) / 9.0 - 1.0);
             let y = half[1] * (f64::from(2 * row + 1) / 5.0 - 1.0);
-            // A metre deep.
+            // A ray with depth 1.
             let ray = axes * DVec3::new(x, y, 1.0);
             let wall = |axis: usize| match ray[axis] {
                 0.0 => f64::MAX,

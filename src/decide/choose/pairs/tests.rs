@@ -1,4 +1,4 @@
-//! Against a plain definition, and by hand.
+//! Comparison with a plain definition and with values worked out by hand.
 
 use std::fmt::Write;
 
@@ -49,7 +49,7 @@ fn disturbs(disturb: Disturb, sensors: &str) -> Vec<(usize, usize)> {
     let items = candidates_of(&study);
     let terms = PairTerms { apart_m: 0.0, disturb: Some(disturb) };
     let found = forbidden_pairs(&study, &items, &worlds, terms);
-    let plain = DisturbedPairs::among(&items, (&study, &worlds), Some(disturb));
+    let plain = DisturbedPairs::from_items(&items, (&study, &worlds), Some(disturb));
     let has = |a: usize, b: usize| found[a][b / 64] >> (b % 64) & 1 == 1;
     let mut pairs = Vec::new();
     for (a, &one) in items.iter().enumerate() {
@@ -113,7 +113,7 @@ fn scanners_disturb_each_other_in_one_plane() {
     let higher = pose(2, [2.0, -0.5, 0.4], [-1.0, 0.0, 0.0]);
     let turned = pose(3, [2.0, 0.0, 0.3], [1.0, 0.0, 0.0]);
     let sensors = scanner("lidar", &(one + &level + &higher + &turned));
-    // The last one has its blind quarter towards the first.
+    // The blind quarter of the last one is towards the first.
     assert_eq!(disturbs(LENS, &sensors), [(0, 1), (1, 3)]);
     assert_eq!(disturbs(overlap(0.3), &sensors), [(0, 1), (0, 3), (1, 3)]);
 }

@@ -1,4 +1,4 @@
-//! What a set is worth is what the tables of a sweep say of it.
+//! The worth of a set equals the scores in the tables of a sweep.
 
 use perirobot_cover::{MOST_VOXELS, Ratio, Worth};
 use perirobot_march::metrics::{Across, Confusion, Detection, Overlap, Score};

@@ -10,14 +10,14 @@ use perirobot_study::sensor::spread::{TURNS, WAYS};
 use perirobot_study::sensor::{Candidate, Setting, Stance, Station};
 use perirobot_study::world::World;
 
-/// How often a step is halved.
+/// The number of halvings of a step.
 pub(super) const LEVELS: u32 = 10;
 /// Angles are no finer than this.
 const LEAST_DEG: f64 = 1.0;
 /// Positions are no finer than this share of a voxel.
 const LEAST_VOXELS: f64 = 0.5;
 
-/// A sensor at a listed pose, or so far from one, in 2⁻ᴸᴱⱽᴱᴸˢ of the steps of its group.
+/// A sensor at a listed pose, or moved from one by parts of its group's steps, in units of 2⁻ᴸᴱⱽᴱᴸˢ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RefineSpot {
     pub(super) sensor: usize,
@@ -43,11 +43,11 @@ impl RefineSpot {
     }
 }
 
-/// Makes the poses around those of a set.
+/// Generates the poses around those of a set.
 pub(super) struct Around<'a> {
     study: &'a Study,
     worlds: &'a [World],
-    /// The study without any candidate.
+    /// The study without candidates.
     bare: Study,
 }
 
@@ -63,8 +63,7 @@ impl<'a> Around<'a> {
         Around { study, worlds, bare }
     }
 
-    /// The spots of a set, and around those that may move all that are a step away, halved so many times; sensor by
-    /// sensor, each once.
+    /// The spots of a set and, around those that may move, all spots one halved step away; sensor by sensor, each once.
     pub(super) fn all(
         &self,
         set: &[RefineSpot],
@@ -84,7 +83,7 @@ impl<'a> Around<'a> {
         all
     }
 
-    /// The spots a step away in each way.
+    /// The spots one step away in each direction.
     fn neighbours(&self, spot: &RefineSpot, level: u32) -> Vec<RefineSpot> {
         let steps = self.steps(spot);
         let ways = (0..WAYS).filter(|&way| {
@@ -102,30 +101,31 @@ impl<'a> Around<'a> {
         both.filter(|other| self.pose(other).is_some()).collect()
     }
 
-    /// Whether nothing is possible around a spot.
+    /// Whether a spot has no neighbours.
     pub(super) fn stays(&self, spot: &RefineSpot) -> bool {
         self.steps(spot) == [0.0; WAYS]
     }
 
-    /// How far the listed poses of a spot's group are from each other in each way. What a robot carries stays where it
-    /// is listed.
+    /// The spacing of the listed poses of a spot's group in each direction. Sensors on a robot stay at their listed
+    /// poses.
     fn steps(&self, spot: &RefineSpot) -> [f64; WAYS] {
         let sensor = &self.study.sensors[spot.sensor];
         let spread = sensor.spreads.iter().find(|spread| spread.candidates.contains(&spot.candidate));
         spread.filter(|_| sensor.on.is_none()).map_or([0.0; WAYS], |spread| spread.steps())
     }
 
-    /// Where a spot is that is not a listed pose; `None` where its group does not reach.
+    /// The pose of a moved spot; `None` outside its group.
     pub(super) fn pose(&self, spot: &RefineSpot) -> Option<Pose> {
         let sensor = &self.study.sensors[spot.sensor];
         let spread = sensor.spreads.iter().find(|spread| spread.candidates.contains(&spot.candidate))?;
         let Setting::Pose(listed) = sensor.candidates[spot.candidate].setting else { return None };
         let steps = spread.steps();
-        let by = std::array::from_fn(|way| f64::from(spot.parts[way]) * steps[way] / f64::from(1 << LEVELS));
-        spread.move_pose(spot.candidate, &listed, by)
+        let offset =
+            std::array::from_fn(|way| f64::from(spot.parts[way]) * steps[way] / f64::from(1 << LEVELS));
+        spread.move_pose(spot.candidate, &listed, offset)
     }
 
-    /// Leaves out what stands in something, or cannot work where it stands, at any moment.
+    /// Removes spots inside an object, or where the sensor cannot work, at any moment.
     fn keep_free(&self, set: &[RefineSpot], all: &mut Vec<RefineSpot>) {
         for world in self.worlds {
             let truth = world.truth();
@@ -145,7 +145,7 @@ impl<'a> Around<'a> {
         (stands_free || !looks) && kind.check(&station).is_ok()
     }
 
-    /// The study of these spots alone, which are sorted by sensor.
+    /// The study with only these spots, which are sorted by sensor.
     pub(super) fn study_of(&self, spots: &[RefineSpot]) -> Study {
         let mut study = self.bare.clone();
         for (spot, number) in spots.iter().zip(numbers(spots)) {
@@ -159,7 +159,7 @@ impl<'a> Around<'a> {
         study
     }
 
-    /// The worlds of these spots alone.
+    /// The worlds with only these spots.
     pub(super) fn worlds_of(&self, spots: &[RefineSpot]) -> Vec<World> {
         let in_world = |world: &World| {
             let mut settings = vec![Vec::new(); self.study.sensors.len()];
@@ -176,7 +176,7 @@ impl<'a> Around<'a> {
     }
 }
 
-/// The number of each spot among those of its sensor.
+/// The index of each spot among those of its sensor.
 pub(super) fn numbers(spots: &[RefineSpot]) -> Vec<usize> {
     let before = |(number, spot): (usize, &RefineSpot)| {
         spots[..number].iter().filter(|other| other.sensor == spot.sensor).count()

@@ -15,16 +15,17 @@ use perirobot_study::sensor::{Candidate, Cost, Setting};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 
-/// Tells what was found; with it comes the study that has its poses, and its worlds, if anything was gained. With
-/// noise, which is drawn for each pose of a study, a sweep may see less gained than there was, or nothing.
+/// Recounts refined sets; returns also the study with their poses, and its worlds, if anything was gained. Noise is
+/// drawn for each pose of a study, so the gain may be smaller than in the search, or vanish.
 pub(super) fn count_refined(
     (study, choose, worlds): (&Study, &Choose, &[World]),
-    told: &FrontReport,
+    front: &FrontReport,
     all: &[Refined],
     backend: &mut dyn Backend,
 ) -> Result<Refinement> {
     let around = Around::new(study, worlds);
-    let untold: Vec<RefinedReport> = all.iter().map(|refined| refined.untold(study, told, &around)).collect();
+    let without_gain: Vec<RefinedReport> =
+        all.iter().map(|refined| refined.report_without_gain(study, front, &around)).collect();
     let mut gaining: Vec<usize> = (0..all.len()).filter(|&number| all[number].worth.is_some()).collect();
     while !gaining.is_empty() {
         let mut with_poses = study.clone();
@@ -32,25 +33,25 @@ pub(super) fn count_refined(
             gaining.iter().map(|&number| all[number].list(study, &around, &mut with_poses)).collect();
         let worlds = World::prepare_all(&with_poses)?;
         let places = Places::new(&with_poses, &worlds[0]);
-        let telling = Telling { study: &with_poses, choose, worlds: &worlds, places };
-        let mut told = untold.clone();
+        let recounter = Recounter { study: &with_poses, choose, worlds: &worlds, places };
+        let mut reports = without_gain.clone();
         for (&number, (set, poses)) in gaining.iter().zip(listed) {
-            telling.tell(&mut told[number], all[number].worth, &set, poses, backend)?;
+            recounter.complete(&mut reports[number], all[number].worth, &set, poses, backend)?;
         }
         let before = gaining.len();
-        gaining.retain(|&number| told[number].best.is_some());
+        gaining.retain(|&number| reports[number].best.is_some());
         if gaining.len() == before {
-            return Ok(Refinement { told, with_poses: Some((with_poses, worlds)), complete: true });
+            return Ok(Refinement { told: reports, with_poses: Some((with_poses, worlds)), complete: true });
         }
     }
-    Ok(Refinement { told: untold, with_poses: None, complete: true })
+    Ok(Refinement { told: without_gain, with_poses: None, complete: true })
 }
 
 impl Refined {
-    /// What is told where nothing was gained.
-    fn untold(&self, study: &Study, told: &FrontReport, around: &Around) -> RefinedReport {
-        let step = told.steps.iter().find(|step| step.at_most == self.limits.at_most);
-        let step = step.expect("a set that was found is told");
+    /// The report of a set without gain.
+    fn report_without_gain(&self, study: &Study, front: &FrontReport, around: &Around) -> RefinedReport {
+        let step = front.steps.iter().find(|step| step.at_most == self.limits.at_most);
+        let step = step.expect("the front contains every refined set");
         let name = |spot: &&RefineSpot| {
             let sensor = &study.sensors[spot.sensor];
             format!("{}:{}", sensor.name, sensor.candidates[spot.candidate].name)
@@ -70,7 +71,7 @@ impl Refined {
         }
     }
 
-    /// Lists the poses of the set in a study, and says which of its candidates the set then has.
+    /// Adds the poses of the set to a study, and returns the set's candidates there.
     fn list(&self, listed: &Study, around: &Around, study: &mut Study) -> (Vec<[usize; 2]>, Vec<FinePose>) {
         let group = FrontReport::group_of_refined(listed);
         let (mut set, mut poses) = (Vec::new(), Vec::new());
@@ -101,19 +102,19 @@ impl Refined {
     }
 }
 
-struct Telling<'a> {
-    /// The study with the poses that were found.
+struct Recounter<'a> {
+    /// The study with the found poses.
     study: &'a Study,
     choose: &'a Choose,
     worlds: &'a [World],
     places: Places<'a>,
 }
 
-impl Telling<'_> {
-    /// Tells a set, if it is better than the one it began with and meets what is required.
-    fn tell(
+impl Recounter<'_> {
+    /// Completes the report of a set, if it beats its origin and meets the requirements.
+    fn complete(
         &self,
-        told: &mut RefinedReport,
+        report: &mut RefinedReport,
         found: Option<Worth>,
         set: &[[usize; 2]],
         poses: Vec<FinePose>,
@@ -121,7 +122,7 @@ impl Telling<'_> {
     ) -> Result<()> {
         let Choose { objective, over, .. } = *self.choose;
         let mut set = set.to_vec();
-        // As in a combination, who speaks last stands last.
+        // In a combination, the sensor that takes precedence is last.
         set.sort_by_key(|&[sensor, _]| self.study.sensors[sensor].kind.speaks_last());
         let without = |out: usize| (0..set.len()).filter(|i| *i != out).map(|i| set[i]).collect::<Vec<_>>();
         let mut sets: Vec<Vec<[usize; 2]>> = vec![set.clone()];
@@ -139,15 +140,15 @@ impl Telling<'_> {
         let is_noisy = self.study.sensors.iter().any(|sensor| sensor.kind.is_noisy());
         if !is_noisy && (all_worth != found || !reaches) {
             let what = format!(
-                "the refined set of at most {} was searched with {} {:?}, and counted again it has {:?}: report this",
-                told.at_most,
+                "the refined set of at most {} was searched with {} {:?}, but counted again it has {:?}: please report this",
+                report.at_most,
                 objective.name(),
                 found.map(Worth::value),
                 all_worth.map(Worth::value)
             );
             return Err(Error::Disagreement(Issue::says(what)));
         }
-        let Some(all_worth) = all_worth.filter(|worth| reaches && worth.value() > told.score_before) else {
+        let Some(all_worth) = all_worth.filter(|worth| reaches && worth.value() > report.score_before) else {
             return Ok(());
         };
         let sensors = set.iter().enumerate().map(|(number, &[sensor, candidate])| {
@@ -160,13 +161,13 @@ impl Telling<'_> {
                 score_without: worth(&counts[number + 1]).map(Worth::value),
             }
         });
-        told.best = Some(SetReport::new(sensors.collect(), all_worth));
-        told.gain = Some(all_worth.value() - told.score_before);
-        told.poses = poses;
+        report.best = Some(SetReport::new(sensors.collect(), all_worth));
+        report.gain = Some(all_worth.value() - report.score_before);
+        report.poses = poses;
         Ok(())
     }
 
-    /// The counts of no sensor at all.
+    /// The counts without any sensor.
     fn nothing_seen(&self) -> Vec<Confusion> {
         let moment = |world: &World| world.baselines[self.choose.region].nothing_seen;
         (0..self.study.repeats).flat_map(|_| self.worlds.iter().map(moment)).collect()

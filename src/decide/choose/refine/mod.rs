@@ -26,42 +26,42 @@ use perirobot_study::input::{Choose, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::scoring::Failover;
 
-/// Of sets of so many sensors the best of all around is searched; of larger ones what changes of one or two lead to.
+/// Up to this size, the best of all sets around one is searched; above, only changes of one or two sensors.
 const SEARCHED: usize = 4;
-/// Most rounds around one set: noise is drawn anew in each, so that something might be gained again and again.
+/// Most rounds around one set: noise is drawn anew in each, so gains might never end.
 const MOST_ROUNDS: usize = 200;
 
-/// What refining found.
+/// The result of refining.
 pub struct Refinement {
-    /// The sets around which something was looked for, and what was gained.
+    /// The refined sets, and their gains.
     pub told: Vec<RefinedReport>,
-    /// The study with the poses that were found, and its worlds; `None` where nothing was gained.
+    /// The study with the found poses, and its worlds; `None` without gain.
     pub with_poses: Option<(Study, Vec<World>)>,
-    /// Whether it ended by itself.
+    /// Whether it was complete.
     pub complete: bool,
 }
 
-/// Where the sensors of a set are now, after how much work.
+/// The current spots of a set, and the work done.
 struct Refined {
     limits: SetLimits,
-    /// The set of listed poses that it began with.
+    /// The original set of listed poses.
     listed: Vec<RefineSpot>,
     spots: Vec<RefineSpot>,
-    /// What they are worth by what was cast, if anything was gained.
+    /// Their worth in the search, if there was a gain.
     worth: Option<Worth>,
     rounds: usize,
     cast: usize,
 }
 
-/// Refines the best set of each size: the best two are seldom two of the best three, and whoever reads the front wants
-/// to know of each size what finer poses are worth.
+/// Refines the best set of each size: the best two are seldom two of the best three, and a reader of the front wants to
+/// know the gain of finer poses for each size.
 ///
 /// # Errors
-/// When a backend fails, or counts otherwise than what was cast; when the evidence of the poses around a set does not
-/// fit so many bytes.
+/// If a backend fails or disagrees with the evidence; if the evidence of the poses around a set exceeds the memory
+/// limit.
 pub fn refine(
     (study, choose, worlds): (&Study, &Choose, &[World]),
-    (problem, answer, told): (&Problem, &FrontAnswer, &FrontReport),
+    (problem, answer, front): (&Problem, &FrontAnswer, &FrontReport),
     memory_bytes: u64,
     backends: &mut dyn BackendFactory,
     progress: &dyn Progress,
@@ -70,7 +70,7 @@ pub fn refine(
     let (failover, around) = (Failover::new(&mut kept, &quiet), Around::new(study, worlds));
     let mut refining = Refining { choose, around, memory_bytes, failover, progress };
     let mut all: Vec<Refined> = Vec::new();
-    // Of the steps of a size the first has the whole budget.
+    // The first step of a size has the whole budget.
     for steps in answer.steps.chunk_by(|a, b| a.limits.at_most == b.limits.at_most) {
         let Some(best) = &steps[0].best else { continue };
         let listed: Vec<RefineSpot> =
@@ -80,7 +80,7 @@ pub fn refine(
         }
     }
     let mut cpu = backends.open(Fallback::Cpu)?;
-    let counted = counted::count_refined((study, choose, worlds), told, &all, cpu.as_mut())?;
+    let counted = counted::count_refined((study, choose, worlds), front, &all, cpu.as_mut())?;
     Ok(Refinement { complete: !progress.stops(), ..counted })
 }
 
@@ -93,7 +93,7 @@ struct Refining<'a> {
 }
 
 impl Refining<'_> {
-    /// The best that was found around a set.
+    /// The best set found around a set.
     fn refine(&mut self, limits: SetLimits, listed: Vec<RefineSpot>) -> Result<Refined> {
         let mut refined = Refined { limits, spots: listed.clone(), listed, worth: None, rounds: 0, cast: 0 };
         let mut level = 1;
@@ -105,7 +105,7 @@ impl Refining<'_> {
         Ok(refined)
     }
 
-    /// Casts what is around a set, and moves to a better one if there is any.
+    /// Casts the poses around a set, and moves to a better one, if any.
     fn gains(&mut self, refined: &mut Refined, level: u32) -> Result<bool> {
         let fixed = &self.choose.always;
         let spots = self.around.all(&refined.spots, |spot| !spot.is_listed(fixed), level);
@@ -134,7 +134,7 @@ impl Refining<'_> {
         let evidence = casting.evidence().pop().expect("one region was asked for");
         let problem = problem_of(&study, &choose, &worlds, &evidence);
         let centre: Vec<usize> = refined.spots.iter().map(|&spot| item(spot)).collect();
-        // With noise of another draw it may fail what is required.
+        // With noise of another draw it may miss the requirements.
         let Some(centre) = problem.evaluate(&centre) else { return Ok(false) };
         let (stop, stops) = (|| self.progress.stop_reason(), || self.progress.stops());
         let better = match refined.limits.at_most <= SEARCHED || !problem.is_searchable() {
@@ -155,7 +155,7 @@ impl Refining<'_> {
     }
 }
 
-/// Shows nothing but failures of devices, since how many poses are cast around a set is unknown.
+/// Shows only failures of devices, since the number of poses cast around a set is unknown.
 struct Quiet<'a>(&'a dyn Progress);
 
 impl Progress for Quiet<'_> {

@@ -1,4 +1,4 @@
-//! Whether a set is one that a study allows, judged from the study.
+//! Whether a study allows a set.
 
 use super::disturbed::DisturbedPairs;
 use crate::choose::problem::candidates_of;
@@ -18,12 +18,12 @@ pub(crate) fn find_named(study: &Study, poses: &[String]) -> Result<Vec<[usize; 
     let one = |pose: &String| {
         let mut all = candidates_of(study).into_iter();
         all.find(|&item| pose_name(study, item) == *pose)
-            .ok_or_else(|| Issue::says(format!("{pose:?} is no pose of the study")))
+            .ok_or_else(|| Issue::says(format!("{pose:?} is not a pose of the study")))
     };
     poses.iter().map(one).collect()
 }
 
-/// What a study allows of sets.
+/// The rules of a study for sets.
 #[derive(Clone, Copy)]
 pub(crate) struct AllowedSets<'a> {
     pub(crate) study: &'a Study,
@@ -45,27 +45,27 @@ impl<'a> AllowedSets<'a> {
         AllowedSets { study, worlds, at_most, budget, always, apart_m, disturbed }
     }
 
-    /// Why a set that is told within some limits, with a cost, is not allowed.
+    /// Why a set with a claimed cost is not allowed within some limits.
     pub(crate) fn not_allowed(
         &self,
         (at_most, budget): (usize, Option<Cost>),
-        told: Option<Cost>,
+        claimed: Option<Cost>,
         set: &[[usize; 2]],
     ) -> Option<String> {
         let study = self.study;
         let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
         let is_priced = set.iter().all(|&[sensor, _]| study.sensors[sensor].terms.cost.is_some());
-        if told.map(Cost::thousandths) != Some(cost).filter(|_| is_priced) {
-            return Some(format!("costs {}, not what is said", Cost::from_thousandths(cost)));
+        if claimed.map(Cost::thousandths) != Some(cost).filter(|_| is_priced) {
+            return Some(format!("costs {}, not the stated amount", Cost::from_thousandths(cost)));
         }
         if budget.is_some_and(|budget| cost > budget.thousandths()) {
             return Some("costs more than the budget of its step".into());
         }
         if at_most > self.at_most || self.budget.is_some_and(|budget| cost > budget.thousandths()) {
-            return Some("is beyond what the study allows".into());
+            return Some("exceeds the limits of the study".into());
         }
         if set.len() > at_most || set.is_empty() {
-            return Some(format!("has {} sensors, and at most {} are allowed", set.len(), at_most));
+            return Some(format!("has {} sensors, but at most {} are allowed", set.len(), at_most));
         }
         if let Some(missing) = self.always.iter().find(|always| !set.contains(always)) {
             return Some(format!("lacks {}, which is in every set", pose_name(study, *missing)));

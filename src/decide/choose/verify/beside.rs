@@ -1,4 +1,5 @@
-//! The values beside the scores of the best sets: gains, places, worth of each sensor, near-ties, and the tables.
+//! Checks the values in addition to the scores of the best sets: gains, places, worth of each sensor, near-ties, and
+//! the tables.
 
 use super::counted::{recount, value};
 use super::tables::is_written;
@@ -13,10 +14,10 @@ use perirobot_study::sensor::{Cost, Setting};
 use perirobot_study::world::World;
 use perirobot_study::world::place::Places;
 
-/// What share of the best score is nearly as good.
+/// The share of the best score that counts as nearly as good.
 const NEARLY: f64 = 0.99;
 
-/// Checks all of it; `counts` are those of the sets.
+/// Checks these values; `counts` are those of the sets.
 pub(super) fn check(
     claims: &Claims,
     given: ProofInput,
@@ -31,7 +32,7 @@ pub(super) fn check(
     for (number, step) in report.steps.iter().enumerate() {
         let gain = gain(step, &report.steps);
         if step.gain != gain {
-            let what = format!("is {}, and the scores say {}", or_none(step.gain), or_none(gain));
+            let what = format!("is {}, but the scores give {}", or_none(step.gain), or_none(gain));
             return Err(at_path(Issue::says(what).with_place(format!("steps[{number}].gain"))));
         }
     }
@@ -54,7 +55,7 @@ pub(super) fn check(
     is_written(&folder.join(SETS), Some(&chosen.sets()))
 }
 
-/// Whether the proof is about this study.
+/// Whether the proof belongs to this study.
 fn about(chosen: &Chosen, ProofInput { study, choose, worlds, .. }: ProofInput) -> Result<(), Issue> {
     let right =
         Chosen { report: chosen.report.clone(), ..Chosen::new(study, choose, worlds, Default::default()) };
@@ -66,7 +67,7 @@ fn about(chosen: &Chosen, ProofInput { study, choose, worlds, .. }: ProofInput) 
         ("noiseless", right.noiseless != chosen.noiseless),
     ];
     match wrong.into_iter().find(|(_, is_wrong)| *is_wrong) {
-        Some((key, _)) => Err(Issue::says("is not that of the study").with_place(key)),
+        Some((key, _)) => Err(Issue::says("differs from the study").with_place(key)),
         None => Ok(()),
     }
 }
@@ -75,7 +76,7 @@ fn or_none(value: Option<f64>) -> String {
     value.map_or("none".into(), |value| value.to_string())
 }
 
-/// By how much a step is above the best set of fewer sensors that costs no more.
+/// The gain of a step over the best set of fewer sensors at no higher cost.
 fn gain(step: &StepReport, all: &[StepReport]) -> Option<f64> {
     let cost = |step: &StepReport| step.best.cost.map_or(0, Cost::thousandths);
     let smaller = all.iter().filter(|other| other.at_most < step.at_most && cost(other) <= cost(step));
@@ -83,7 +84,7 @@ fn gain(step: &StepReport, all: &[StepReport]) -> Option<f64> {
     before.map(|before| step.best.score - before)
 }
 
-/// Which sensors a set has, and where.
+/// The sensors and mounts of a set.
 fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
     let mount = |&[sensor, candidate]: &[usize; 2]| match world.settings[sensor][candidate] {
         Setting::Pose(pose) => (sensor, pose.position_m.to_array().map(f64::to_bits)),
@@ -94,7 +95,7 @@ fn mounts(world: &World, set: &[[usize; 2]]) -> Vec<(usize, [u64; 3])> {
     mounts
 }
 
-/// What is said of each sensor of each set: the scores without them are counted again.
+/// Checks the details of each sensor of each set; the scores without it are counted again.
 fn sensors(claims: &Claims, given: ProofInput, recounter: &mut dyn Backend) -> Result<()> {
     let ProofInput { study, choose, worlds, progress, .. } = given;
     let Claims { folder, chosen: Chosen { report, .. }, sets, .. } = claims;
@@ -116,21 +117,21 @@ fn sensors(claims: &Claims, given: ProofInput, recounter: &mut dyn Backend) -> R
         let wrong =
             |what: &str| Err(Issue::says(what).with_place(&*place).with_place(folder.join(PROOF)).into());
         if report.sensors.len() != set.len() {
-            return wrong("are not those of the poses");
+            return wrong("differ from the poses");
         }
         for (one, &[sensor, candidate]) in report.sensors.iter().zip(set) {
             let spec = &study.sensors[sensor];
             let rest = if set.len() == 1 { nothing.clone() } else { counts.next().unwrap_or_default() };
             let score = value(choose.objective, choose.over, &rest);
             if (&one.sensor, &one.pose) != (&spec.name, &spec.candidates[candidate].name) {
-                return wrong("are not those of the poses");
+                return wrong("differ from the poses");
             }
             if one.cost != spec.terms.cost || one.place != places.words(sensor, candidate) {
-                return wrong(&format!("cost and place of {} are not those of the study", one.sensor));
+                return wrong(&format!("cost and place of {} differ from the study", one.sensor));
             }
             if one.score_without != score {
                 return wrong(&format!(
-                    "score_without of {}:{} is {}, and counted again it is {}",
+                    "score_without of {}:{} is {}, but counted again it is {}",
                     one.sensor,
                     one.pose,
                     or_none(one.score_without),

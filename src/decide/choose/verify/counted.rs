@@ -1,4 +1,4 @@
-//! Sets counted again, and their scores in the plain way.
+//! Sets counted again, and their scores by plain code.
 
 use perirobot_march::Result;
 use perirobot_march::backend::Backend;
@@ -8,10 +8,10 @@ use perirobot_study::input::{Choose, Combination, Member, Study};
 use perirobot_study::world::World;
 use perirobot_sweep::scoring::run_unless;
 
-/// What a sweep counts for some sets, repeat by repeat, and in each world by world.
+/// The counts of a sweep for some sets, repeat by repeat, and then world by world.
 ///
 /// # Errors
-/// When the backend fails; `Error::Stopped` when it is stopped.
+/// If the backend fails; `Error::Stopped` if it is stopped.
 pub(crate) fn recount(
     study: &Study,
     choose: &Choose,
@@ -44,7 +44,7 @@ pub(crate) fn recount(
     Ok(counts)
 }
 
-/// A score over moments, as tables have it.
+/// A score over moments, as in the tables.
 pub(super) fn value(score: Score, over: Across, counts: &[Confusion]) -> Option<f64> {
     let values: Vec<f64> = counts.iter().filter_map(|counts| score.evaluate(counts)).collect();
     match over {
@@ -63,7 +63,7 @@ pub(super) fn sum(counts: &[Confusion]) -> Confusion {
     counts.iter().fold(Confusion::default(), |all, one| all.plus(one))
 }
 
-/// Numerator and denominator of a score that is no mean.
+/// Numerator and denominator of a score, unless it is a mean.
 pub(super) fn exact(score: Score, over: Across, counts: &[Confusion]) -> Option<(i128, i128)> {
     let one = |c: &Confusion| -> Option<(i128, i128)> {
         let [tp, fp, fn_, tn, uo, uf] = [c.tp, c.fp, c.fn_, c.tn, c.uo, c.uf].map(i128::from);

@@ -7,7 +7,7 @@ use perirobot_study::sensor::lens::Lens;
 use perirobot_study::sensor::{Sensor, Setting};
 use perirobot_study::world::World;
 
-/// Pairs of sensors and candidates that disturb each other, both ways round, sorted.
+/// Pairs of sensors and candidates that disturb each other, in both orders, sorted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DisturbedPairs(Vec<[[usize; 2]; 2]>);
 
@@ -18,8 +18,8 @@ impl DisturbedPairs {
         &NONE
     }
 
-    /// Those among some candidates of a study, in some world.
-    pub(crate) fn among(
+    /// Those among some candidates of a study, in any world.
+    pub(crate) fn from_items(
         items: &[[usize; 2]],
         (study, worlds): (&Study, &[World]),
         disturb: Option<Disturb>,

@@ -1,4 +1,4 @@
-//! The best set if sensors might disturb each other: counted again, and searched again without that rule.
+//! The best set without the exclusion of disturbing pairs: counted again, and searched again.
 
 use super::allowed::{AllowedSets, find_named, pose_name};
 use super::disturbed::DisturbedPairs;
@@ -10,21 +10,21 @@ use perirobot_march::metrics::Across;
 use perirobot_march::{Error, Result};
 use perirobot_study::sensor::Cost;
 
-/// Checks what is said of the best set if sensors might disturb each other; whether that was searched to its end.
+/// Checks the best set without the exclusion of disturbing pairs, and whether its search was complete.
 ///
 /// # Errors
-/// `Error::Input` that names what does not hold.
-pub(super) fn check(told: &FrontReport, given: ProofInput, recounter: &mut dyn Backend) -> Result<()> {
+/// `Error::Input` that names the wrong claim.
+pub(super) fn check(report: &FrontReport, given: ProofInput, recounter: &mut dyn Backend) -> Result<()> {
     let ProofInput { study, choose, worlds, disturbed, evidence, progress, .. } = given;
     let wrong = |key: &str, what: String| Err(Error::input(format!("if_disturbed{key}"), what));
-    let Some(DisturbedReport { set: best, proven, disturbed: pairs }) = &told.if_disturbed else {
-        return match choose.disturb.is_some() && !told.stopped {
+    let Some(DisturbedReport { set: best, proven, disturbed: pairs }) = &report.if_disturbed else {
+        return match choose.disturb.is_some() && !report.stopped {
             true => wrong("", "is missing".into()),
             false => Ok(()),
         };
     };
     if choose.disturb.is_none() {
-        return wrong("", "is told, and disturb is not asked".into());
+        return wrong("", "is present, but [choose] has no disturb".into());
     }
     let set = find_named(study, &best.poses).map_err(|issue| issue.with_place("if_disturbed"))?;
     let allowed = AllowedSets::from_choose(study, (choose, DisturbedPairs::none()), worlds);
@@ -38,7 +38,7 @@ pub(super) fn check(told: &FrontReport, given: ProofInput, recounter: &mut dyn B
         own.extend(others.filter(|&&b| !hang_there(b)).map(|&b| [pose_name(study, a), pose_name(study, b)]));
     }
     if *pairs != own {
-        return wrong(".disturbed", format!("is {pairs:?}, and the study says {own:?}"));
+        return wrong(".disturbed", format!("is {pairs:?}, but the study has {own:?}"));
     }
     let counts = recount(study, choose, worlds, std::slice::from_ref(&set), recounter, progress)?;
     let exact = holds(choose, best, &counts[0], "if_disturbed").map_err(Error::from)?;

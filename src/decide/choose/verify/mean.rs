@@ -13,7 +13,7 @@ use perirobot_march::metrics::Score;
 const EXACT: f64 = 9_007_199_254_740_992.0;
 
 impl Plain<'_> {
-    /// Whether what is said here of means holds: of scores of voxels, and where all numbers are exact.
+    /// Whether these bounds of means apply: for scores of voxels, if all numbers are exact.
     pub(super) fn bounds_means(&self) -> bool {
         let moments = &self.given.evidence.layout.moments;
         let is_exact = |moment: &MomentBits| {
@@ -24,7 +24,7 @@ impl Plain<'_> {
             && moments.iter().all(is_exact)
     }
 
-    /// For each candidate what the mean is at most of a set that has it, what is in a union, and others.
+    /// For each candidate the upper bound of the mean of a set with it, a union and others.
     pub(super) fn means(&self, union: &SetPlanes, items: &[usize], left: usize) -> Vec<f64> {
         let (mut sums, mut count) = (vec![0.0; items.len()], 0.0);
         for moment in &self.given.evidence.layout.moments {
@@ -54,7 +54,7 @@ impl Plain<'_> {
         sums.iter().map(|sum| if count > 0.0 { f64::max(sum / count, 0.0) } else { 0.0 }).collect()
     }
 
-    /// For each candidate how many bits of a plane it has at a moment with a union, and with the most that others add.
+    /// For each candidate the bits of a plane at a moment, together with a union and the largest gain of the others.
     fn most(
         &self,
         moment: &MomentBits,

@@ -1,9 +1,9 @@
-//! A proof checked by other code than the one that found it. It shares with the search only the evidence of each
-//! candidate, and the loops that count bits, here without vector instructions. The sets are counted again by a backend
-//! of the caller's choice (`counted`); the study decides whether they are allowed (`allowed`); a plain search looks for
-//! better ones (`plain`, `mean`); bounds are added up again (`check_cuts` of `perirobot-cover`); no size or step of cost
-//! may be missing (`whole`); the values beside the scores must follow from them (`beside`). Refining is repeated
-//! (`refined`), and the sets are swept again for the tables (`tables`).
+//! Checks a proof by other code than the search. They share only the evidence of each candidate, and the loops that
+//! count bits, here without vector instructions. A backend of the caller's choice counts the sets again (`counted`);
+//! the study decides whether they are allowed (`allowed`); a plain search looks for better ones (`plain`, `mean`);
+//! bounds are added up again (`check_cuts` of `perirobot-cover`); no size or step of cost may be missing (`whole`); the
+//! other values must follow from the scores (`beside`). Refining is repeated (`refined`), and the sets are swept again
+//! for the tables (`tables`).
 
 mod allowed;
 mod beside;
@@ -43,24 +43,24 @@ use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 
-/// What was checked.
+/// Counts of checked claims.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verified {
-    /// Sets that were counted again.
+    /// Sets counted again.
     pub sets: usize,
-    /// Steps for which it was shown again that no set is better.
+    /// Steps whose best set was proven again.
     pub proven: usize,
-    /// Steps for which the score that no set is above was added up again.
+    /// Steps whose upper bound was added up again.
     pub bounded: usize,
-    /// Steps that claim no such thing.
+    /// Steps without such a claim.
     pub open: usize,
     /// Whether the search was stopped, so that sizes and steps of cost may be missing.
     pub stopped: bool,
-    /// Whether refining was stopped, so that it was not searched again.
+    /// Whether refining was stopped, so that it was not repeated.
     pub refining_stopped: bool,
 }
 
-/// What a proof is about.
+/// The inputs of a proof.
 #[derive(Clone, Copy)]
 struct ProofInput<'a> {
     study: &'a Study,
@@ -73,18 +73,18 @@ struct ProofInput<'a> {
     progress: &'a dyn Progress,
 }
 
-/// A proof that was read, of the sets that a study asks for.
+/// A proof of a study's sets, to verify.
 pub struct Claims {
     folder: PathBuf,
     chosen: Chosen,
     /// The poses of the study that disturb each other.
     disturbed: DisturbedPairs,
-    /// Sensor and candidate of each in the best set of each step, and then in those that are nearly as good.
+    /// Sensor and candidate indices of the best set of each step, and then of the nearly best ones.
     sets: Vec<Vec<[usize; 2]>>,
 }
 
 impl Claims {
-    /// Reads the proof in a folder, and judges whether its sets are allowed.
+    /// Reads the proof in a folder, and checks that its sets are allowed.
     ///
     /// # Errors
     /// `Error::Input` that names what is wrong.
@@ -92,25 +92,25 @@ impl Claims {
         let path = folder.join(PROOF);
         let wrong = |place: &str, what: &str| Err(Error::input(place, what).with_place(&path));
         let Some(chosen) = Chosen::read(folder)? else {
-            return Err(Issue::says("is not there")
+            return Err(Issue::says("is missing")
                 .with_advice("name a folder of choose")
                 .with_place(&path)
                 .into());
         };
         if chosen.fingerprint != fingerprint(study, worlds) {
-            return wrong("fingerprint", "the study is not what was searched: choose again");
+            return wrong("fingerprint", "the study has changed since the search: choose again");
         }
         if chosen.asked != ChooseQuestion::new(study, choose) {
-            return wrong("asked", "the study asks for something else now: choose again");
+            return wrong("asked", "the study's question has changed: choose again");
         }
-        let told = &chosen.report;
-        let steps = told.steps.iter().enumerate();
+        let report = &chosen.report;
+        let steps = report.steps.iter().enumerate();
         let steps =
             steps.map(|(i, step)| (format!("steps[{i}].best"), (step.at_most, step.budget, &step.best)));
-        let ties = told.ties.iter().enumerate();
+        let ties = report.ties.iter().enumerate();
         let ties =
             ties.map(|(i, tie)| (format!("nearly_as_good[{i}]"), (choose.at_most, choose.budget, tie)));
-        let disturbed = DisturbedPairs::among(&candidates_of(study), (study, worlds), choose.disturb);
+        let disturbed = DisturbedPairs::from_items(&candidates_of(study), (study, worlds), choose.disturb);
         let allowed = AllowedSets::from_choose(study, (choose, &disturbed), worlds);
         let read = |(place, limits): (String, (usize, Option<Cost>, &SetReport))| {
             let set = find_named(study, &limits.2.poses).and_then(|set| {
@@ -125,17 +125,17 @@ impl Claims {
         Ok(Claims { folder: folder.into(), chosen, disturbed, sets })
     }
 
-    /// How many steps are claimed; [`verify`] reports each that it has checked.
+    /// The number of steps; [`verify`] reports progress per step.
     pub fn steps(&self) -> usize {
         self.chosen.report.steps.len()
     }
 }
 
-/// Checks all that is in a folder of chosen sets: the proof, refined poses, which are searched again with evidence of at most
-/// these bytes, and every table.
+/// Checks all files in a folder of chosen sets: the proof, refined poses, which are searched again with at most this
+/// much evidence in memory, and every table.
 ///
 /// # Errors
-/// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
+/// `Error::Input` that names the wrong claim; `Error::Stopped`.
 pub(super) fn verify(
     claims: &Claims,
     asked: (&Study, &Choose, &[World]),
@@ -209,7 +209,7 @@ fn verify_steps(
         if step.no_set_is_above != Some(step.best.score) {
             return wrong(
                 format!("{place}.no_set_is_above"),
-                "is not the score of the best set, which is proven",
+                "differs from the score of the best set, which is proven",
             );
         }
         // No score is above one.
@@ -219,7 +219,7 @@ fn verify_steps(
             continue;
         }
         if !is_provable {
-            let what = "sensors that are wrong somewhere may outvote each other, so that there is no proof";
+            let what = "sensors with errors may outvote each other, so there is no proof";
             return wrong(format!("{place}.proven"), what);
         }
         let budget = step.budget.map(Cost::thousandths);
@@ -237,7 +237,7 @@ fn verify_steps(
         progress.advance(1);
     }
     if !chosen.report.stopped {
-        whole::Whole { told: &chosen.report, fractions: &fractions, given, is_provable }
+        whole::Whole { report: &chosen.report, fractions: &fractions, given, is_provable }
             .check()
             .map_err(|why| why.with_place(&path))?;
         progress.check_stop()?;
@@ -248,8 +248,8 @@ fn verify_steps(
 }
 
 impl ProofInput<'_> {
-    /// Whether what sets score is a matter of unions. Under log-odds sensors that are wrong somewhere may outvote
-    /// others; who is detected is no question of labels.
+    /// Whether unions decide the scores of sets. Under log-odds sensors with errors may outvote others; detection does
+    /// not depend on labels.
     fn is_provable(self) -> bool {
         let ProofInput { choose, evidence, .. } = self;
         let scores = choose.require.iter().map(|require| require.score).chain([choose.objective]);
@@ -271,7 +271,7 @@ impl ProofInput<'_> {
             && (Plain { given: self, at_most: step.at_most, budget, bar }).better().is_none()
     }
 
-    /// Whether cuts show what no set of a step is above.
+    /// Whether cuts prove the upper bound of a step.
     fn shows(self, step: &StepReport, above: f64) -> Result<(), Issue> {
         let ProofInput { study, choose, worlds, disturbed, evidence, .. } = self;
         let items = &evidence.items;
@@ -282,7 +282,7 @@ impl ProofInput<'_> {
             let cost: u64 = set.iter().map(|&[sensor, _]| thousandths(study, sensor)).sum();
             budget.is_none_or(|budget| cost <= budget) && allowed.clash(&set).is_none()
         };
-        let asked = CutLimits {
+        let limits = CutLimits {
             evidence,
             objective: choose.objective,
             over: choose.over,
@@ -293,11 +293,11 @@ impl ProofInput<'_> {
             joins: &joins,
             named: &|wanted: &str| items.iter().position(|&item| pose_name(study, item) == wanted),
         };
-        check_cuts(&asked, &step.shown_by, above)
+        check_cuts(&limits, &step.shown_by, above)
     }
 }
 
-/// Checks the set at a place by what was counted again of it. Returns its score as a fraction, if it is one.
+/// Checks a set against its recount. Returns its score as a fraction, if it is one.
 fn holds(
     choose: &Choose,
     set: &SetReport,
@@ -307,7 +307,7 @@ fn holds(
     let value = value(choose.objective, choose.over, counts);
     if value != Some(set.score) {
         let value = value.map_or("none".into(), |value| value.to_string());
-        let what = format!("{} is {}, and counted again it is {value}", choose.objective.name(), set.score);
+        let what = format!("{} is {}, but counted again it is {value}", choose.objective.name(), set.score);
         return Err(Issue::says(what).with_place(format!("{place}.score")));
     }
     if let Some(require) = choose
@@ -330,7 +330,7 @@ fn holds(
             Err(Issue::says(format!("counted again it is {n}/{d}")).with_place(format!("{place}.exactly")))
         }
         None if set.exactly.is_some() => {
-            Err(Issue::says("a mean of scores is no fraction").with_place(format!("{place}.exactly")))
+            Err(Issue::says("a mean of scores is not a fraction").with_place(format!("{place}.exactly")))
         }
         _ => Ok(exact),
     }

@@ -15,51 +15,52 @@ use perirobot_cover::layout::{CLEAR, FALSE, FELT, HIT, MomentBits, SEEN};
 use perirobot_march::metrics::{Across, Score};
 use perirobot_study::input::Choose;
 
-/// The plain search for a set that is better than what is claimed.
+/// The plain search for a set that is better than the claimed one.
 pub(super) struct Plain<'a> {
     pub(super) given: ProofInput<'a>,
-    /// How many sensors a set may have, and what it may cost, in thousandths.
+    /// The limits of a set: number of sensors, and cost in thousandths.
     pub(super) at_most: usize,
     pub(super) budget: Option<u64>,
     pub(super) bar: Threshold,
 }
 
-/// What a set must have that is looked for.
+/// The score of a wanted set.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Threshold {
     /// More than this score, as a fraction.
     Above((i128, i128)),
     /// A mean of scores above this.
     AboveMean(f64),
-    /// What the requirements ask for. The first above zero that is no mean tells where there is no such set.
+    /// The requirements themselves, used if no set is claimed. The first limit above zero, unless a mean, guides the
+    /// search.
     Required,
 }
 
 impl Threshold {
-    /// Which score must be above what, so that a set may be one of those.
+    /// The score and the limit that guide the search.
     fn score(self, choose: &Choose) -> (Score, Across, (i128, i128)) {
         match self {
             Threshold::Above(claimed) => (choose.objective, choose.over, claimed),
-            Threshold::AboveMean(_) => unreachable!("a mean is no fraction"),
+            Threshold::AboveMean(_) => unreachable!("a mean is not a fraction"),
             Threshold::Required => {
                 let first = choose
                     .require
                     .iter()
                     .find(|require| require.over != Across::Mean && require.at_least > 0.0);
-                let first = first.expect("asked only where there is one");
+                let first = first.expect("called only with a guiding limit");
                 let Ratio { numerator, denominator } = Ratio::from_f64(first.at_least);
-                // As much is enough, which is more than a little less.
+                // Equality suffices, so the limit is lowered a little.
                 (first.score, first.over, (2 * numerator - 1, 2 * denominator))
             }
         }
     }
 }
 
-/// What some candidates say together.
+/// The union of some candidates.
 pub(super) type SetPlanes = [Vec<u64>; 6];
 
 impl Plain<'_> {
-    /// A better set, if there is one.
+    /// A better set, if any.
     pub(super) fn better(&self) -> Option<Vec<usize>> {
         let items = &self.given.evidence.items;
         let fixed: Vec<usize> =
@@ -73,7 +74,7 @@ impl Plain<'_> {
         (0..order.len()).into_par_iter().find_map_first(|i| self.search_children(&fixed, &order, i, left))
     }
 
-    /// A better set among those that have one more candidate, the first of those in order from a place on.
+    /// A better set among those with one more candidate, the first of those in order from a place on.
     fn search_children(
         &self,
         chosen: &[usize],
@@ -108,7 +109,7 @@ impl Plain<'_> {
         !set.is_empty() && is_above && self.given.choose.require.iter().all(reaches)
     }
 
-    /// The candidates that may join a set and lead to a better one, those that add most first.
+    /// The candidates that may join a set and lead to a better one, largest gain first.
     fn open(&self, chosen: &[usize], candidates: &[usize], left: usize) -> Vec<usize> {
         if left == 0 {
             return Vec::new();
@@ -138,11 +139,11 @@ impl Plain<'_> {
         let mut may = vec![true; candidates.len()];
         let moments = &self.given.evidence.layout.moments;
         let (score, over, par) = self.bar.score(self.given.choose);
-        let asked: Vec<&[MomentBits]> = match over {
+        let groups: Vec<&[MomentBits]> = match over {
             Across::Pooled => vec![moments],
             _ => moments.chunks(1).collect(),
         };
-        for moments in asked {
+        for moments in groups {
             let Some((value, gains)) = self.gains((score, par), (moments, &union), &candidates, left) else {
                 continue;
             };
@@ -174,8 +175,8 @@ impl Plain<'_> {
         union
     }
 
-    /// By how much some moments together are above what is claimed, or below, and what each candidate adds at most;
-    /// nothing where the score may have no value.
+    /// The margin of some moments together over the claim, and the largest gain of each candidate; `None` if the score
+    /// may have no value.
     fn gains(
         &self,
         (score, (p, q)): (Score, (i128, i128)),
@@ -210,7 +211,7 @@ impl Plain<'_> {
         }
     }
 
-    /// Of voxels that are called rightly.
+    /// Counts of correctly labelled voxels.
     fn correct_voxels(
         &self,
         moments: &[MomentBits],
@@ -226,7 +227,7 @@ impl Plain<'_> {
                 for (plane, weight) in [HIT, CLEAR].into_iter().zip(weights) {
                     let words = moment.words[plane / 2].clone();
                     let has = &union[plane][words.clone()];
-                    // Where somebody calls a truly free voxel occupied nobody is right about it.
+                    // A free voxel labelled occupied by one sensor is never labelled correctly.
                     let wrong = (plane == CLEAR).then(|| &union[FALSE][words.clone()]);
                     let row = item.map(|item| self.given.evidence.plane(item, plane));
                     let count = match (row.as_deref(), wrong) {
@@ -244,7 +245,7 @@ impl Plain<'_> {
         (count(None) - claimed, items.iter().map(|&item| count(Some(item))).collect())
     }
 
-    /// For each part of somebody's body what is hit and felt of it by a union, or what a candidate adds.
+    /// For each body part the hits and the felt voxels of a union, or the gain of a candidate.
     fn part_counts(
         &self,
         moments: &[MomentBits],
@@ -265,8 +266,8 @@ impl Plain<'_> {
         parts.map(|part| (count(SEEN, &part.words), count(FELT, &part.words))).collect()
     }
 
-    /// Of parts or people that may be detected: those for which the best hits together are enough. All candidates that
-    /// are left may lead there, or none.
+    /// For parts or people that may be detected: those whose best hits together suffice. Either all remaining
+    /// candidates may lead there, or none.
     fn detectable_parts(
         &self,
         (moments, union): (&[MomentBits], &SetPlanes),

@@ -1,5 +1,5 @@
-//! Refined sets of an answer have no proof, but they must be allowed, have the reported scores, and be found again around
-//! the same sets.
+//! Refined sets of an answer have no proof, but they must be allowed, have the reported scores, and be found again
+//! around the same sets.
 
 use std::path::Path;
 
@@ -23,10 +23,10 @@ use perirobot_study::input::{Choose, Study};
 use perirobot_study::sensor::Cost;
 use perirobot_study::world::World;
 
-/// Counts the refined sets of a folder again, and says how many.
+/// Counts the refined sets of a folder again, and returns their number.
 ///
 /// # Errors
-/// `Error::Input` that names what does not hold; `Error::Stopped` when it is stopped.
+/// `Error::Input` that names the wrong claim; `Error::Stopped`.
 pub(super) fn verify_refined(
     folder: &Path,
     (study, choose, _): (&Study, &Choose, &[World]),
@@ -34,14 +34,14 @@ pub(super) fn verify_refined(
     progress: &dyn Progress,
 ) -> Result<usize> {
     let Some(chosen) = Chosen::read(folder)? else { return Ok(0) };
-    let told = &chosen.report;
-    let Some(study) = told.with_poses(study).map_err(|e| e.with_place(folder))? else {
+    let report = &chosen.report;
+    let Some(study) = report.with_poses(study).map_err(|e| e.with_place(folder))? else {
         is_written(&folder.join(REFINED), chosen.refined_poses().as_deref())?;
         return Ok(0);
     };
     let worlds = World::prepare_all(&study)?;
     let path = folder.join(PROOF);
-    let all = told.refined.iter().flatten().enumerate();
+    let all = report.refined.iter().flatten().enumerate();
     let mut counted = 0;
     for (number, refined) in all {
         let RefinedReport { at_most, budget, around, score_before, best: Some(best), gain, .. } = refined
@@ -50,7 +50,7 @@ pub(super) fn verify_refined(
         };
         let place = |key: &str| format!("refined[{number}].{key}");
         let wrong = |key: &str, what: &str| Err(Error::input(place(key), what).with_place(&path));
-        let mut steps = told.steps.iter();
+        let mut steps = report.steps.iter();
         if !steps.any(|step| step.best.poses == *around && step.best.score == *score_before) {
             return wrong("around", "is not the best set of a step");
         }
@@ -59,7 +59,7 @@ pub(super) fn verify_refined(
         }
         let set = find_named(&study, &best.poses)
             .map_err(|issue| issue.with_place(place("best")).with_place(&path))?;
-        let disturbed = DisturbedPairs::among(&set, (&study, &worlds), choose.disturb);
+        let disturbed = DisturbedPairs::from_items(&set, (&study, &worlds), choose.disturb);
         let allowed = AllowedSets::from_choose(&study, (choose, &disturbed), &worlds);
         if let Some(why) = allowed.not_allowed((*at_most, *budget), best.cost, &set) {
             return wrong("best", &why);
@@ -72,10 +72,10 @@ pub(super) fn verify_refined(
     Ok(counted)
 }
 
-/// Searches again around the best sets, and compares what is found.
+/// Searches again around the best sets, and compares the results.
 ///
 /// # Errors
-/// `Error::Input` that names the first value that differs; `Error::Stopped` when it is stopped.
+/// `Error::Input` that names the first value that differs; `Error::Stopped`.
 pub(super) fn refine_again(
     claims: &Claims,
     asked: (&Study, &Choose, &[World]),
@@ -94,19 +94,19 @@ pub(super) fn refine_again(
 }
 
 impl Claims {
-    /// The best sets that are claimed, as a search finds them: what refining begins with.
+    /// The claimed best sets as a search result, from which refining starts.
     ///
     /// # Errors
-    /// When one of them does not meet what is required.
+    /// If one of them misses the requirements.
     fn answer(&self, problem: &Problem) -> Result<FrontAnswer> {
-        let told = &self.chosen.report;
+        let report = &self.chosen.report;
         let step = |(number, set): (usize, &Vec<[usize; 2]>)| {
-            let step = &told.steps[number];
+            let step = &report.steps[number];
             let item = |item: &[usize; 2]| problem.evidence.items.iter().position(|known| known == item);
             let items: Option<Vec<usize>> = set.iter().map(item).collect();
             let best = items.and_then(|items| problem.evaluate(&items));
             let best = best.ok_or_else(|| {
-                let what = Issue::says("does not meet what is required");
+                let what = Issue::says("misses the requirements");
                 Error::from(
                     what.with_place(format!("steps[{number}].best")).with_place(self.folder.join(PROOF)),
                 )
@@ -114,21 +114,22 @@ impl Claims {
             let limits = SetLimits { at_most: step.at_most, budget: step.budget.map(Cost::thousandths) };
             Ok(FrontStep { limits, best: Some(best), bound: Bound::Unknown })
         };
-        let steps = self.sets[..told.steps.len()].iter().enumerate().map(step).collect::<Result<_>>()?;
+        let steps = self.sets[..report.steps.len()].iter().enumerate().map(step).collect::<Result<_>>()?;
         Ok(FrontAnswer { steps, others: Vec::new(), complete: true })
     }
 
-    /// Compares what refining found with what it found again.
+    /// Compares the result of refining with its repetition.
     ///
     /// # Errors
     /// `Error::Input` that names the first value that differs.
     fn is_found_again(&self, again: &Refinement) -> Result<()> {
-        let json = |told: &[RefinedReport]| serde_json::to_value(told).expect("names and numbers make JSON");
+        let json =
+            |reports: &[RefinedReport]| serde_json::to_value(reports).expect("names and numbers make JSON");
         let own = self.chosen.report.refined.as_deref().unwrap_or_default();
         match first_difference("refined".into(), &json(own), &json(&again.told)) {
             None => Ok(()),
             Some(Difference { place, own, other }) => {
-                let what = format!("is {own}, and searched again it is {other}");
+                let what = format!("is {own}, but searched again it is {other}");
                 Err(Issue::says(what).with_place(place).with_place(self.folder.join(PROOF)).into())
             }
         }

@@ -1,4 +1,4 @@
-//! The tables of a folder: the sets are swept again, and every field is compared.
+//! Checks the tables of a folder: the sets are swept again, and every field is compared.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -19,13 +19,14 @@ use perirobot_sweep::results::manifest::Manifest;
 use perirobot_sweep::results::{Results, RowKey, rows, scores};
 use perirobot_sweep::scoring::{Row, run_unless};
 
-/// What helps with a folder whose tables do not hold.
+/// The remedy for wrong tables.
 const CURE: &str = "choose again";
 
-/// Sweeps the sets of a folder again, and compares its journal, results.csv, scores.csv and poses.csv with that.
+/// Sweeps the sets of a folder again, and compares its journal, results.csv, scores.csv and poses.csv with the new
+/// ones.
 ///
 /// # Errors
-/// `Error::Input` that names file, row and column of what does not hold; `Error::Stopped` when it is stopped.
+/// `Error::Input` that names file, row and column of a wrong field; `Error::Stopped`.
 pub(super) fn verify_tables(
     folder: &Path,
     (study, choose, worlds): (&Study, &Choose, &[World]),
@@ -47,7 +48,7 @@ pub(crate) struct SweptSets<'a> {
     /// The sets as combinations of their study.
     pub(crate) sets: &'a Study,
     pub(crate) worlds: &'a [World],
-    /// The file of the answer, and what it says of the version of the program and the study's file.
+    /// The file of the answer, with its program version and the study's file.
     pub(crate) file: &'static str,
     pub(crate) about: [&'a str; 2],
 }
@@ -66,13 +67,13 @@ pub(crate) fn sweep_again(
     let wrong = |path: PathBuf, what: &str| Err(Issue::damaged(what).cure(CURE).with_place(path).into());
     let manifest = Manifest::read(folder)?;
     if manifest.fingerprint() != Manifest::new(sets, worlds, Shard::WHOLE, &[]).fingerprint() {
-        return wrong(folder.join(MANIFEST), &format!("is not of the sets in {file}"));
+        return wrong(folder.join(MANIFEST), &format!("does not belong to the sets in {file}"));
     }
     let about = &manifest.provenance.about;
     for (key, own, other) in [("perirobot", perirobot, &about.perirobot), ("study", study, &about.study.file)]
     {
         if own != other {
-            let what = format!("is {own:?}, and {MANIFEST} has {other:?}");
+            let what = format!("is {own:?}, but {MANIFEST} has {other:?}");
             return Err(Issue::damaged(what).cure(CURE).with_place(key).with_place(folder.join(file)).into());
         }
     }
@@ -84,7 +85,7 @@ pub(crate) fn sweep_again(
     is_written(&folder.join("scores.csv"), Some(&scores::csv(&results)?))
 }
 
-/// Whether a row of the journal is what was counted again.
+/// Checks a row of the journal against its recount.
 fn counts_again(folder: &Path, results: &Results, row: &Row) -> Result<()> {
     let Row { combination, choice, representation, region, repeat, .. } = *row;
     let moment = results.scenes[row.scene].moments.start + row.snapshot;
@@ -98,15 +99,15 @@ fn counts_again(folder: &Path, results: &Results, row: &Row) -> Result<()> {
     }
     let columns = COUNT_COLUMNS.into_iter().chain(DETECTION_COLUMNS).chain(OVERLAP_COLUMNS);
     let differs = columns.zip(own).zip(again).find(|((_, own), again)| own != again);
-    let what = differs.map_or("is not what is counted again".into(), |((column, own), again)| {
-        format!("{column} is {own}, and counted again it is {again}")
+    let what = differs.map_or("differs from the recount".into(), |((column, own), again)| {
+        format!("{column} is {own}, but counted again it is {again}")
     });
     let set = results.combinations[combination].name_of(choice);
     let place = format!("{set}, scene {}, snapshot {}", results.scenes[row.scene].name, row.snapshot);
     Err(Issue::damaged(what).cure(CURE).with_place(place).with_place(folder.join(JOURNAL)).into())
 }
 
-/// Whether a table of a folder has these bytes, or is not there where there are none.
+/// Checks that a table of a folder has these bytes, or is absent for `None`.
 ///
 /// # Errors
 /// `Error::Input` that names file, row and column.
@@ -118,8 +119,8 @@ pub(crate) fn is_written(path: &Path, expected: Option<&[u8]>) -> Result<()> {
     let what = match (&found, expected) {
         (None, None) => return Ok(()),
         (Some(found), Some(expected)) if found == expected => return Ok(()),
-        (None, Some(_)) => Issue::damaged("is not there"),
-        (Some(_), None) => Issue::damaged("is there, and choose.json has nothing of it"),
+        (None, Some(_)) => Issue::damaged("is missing"),
+        (Some(_), None) => Issue::damaged("exists, but choose.json does not mention it"),
         (Some(found), Some(expected)) => difference(found, expected),
     };
     Err(what.cure(CURE).with_place(path).into())
@@ -155,12 +156,12 @@ fn difference(found: &[u8], expected: &[u8]) -> Issue {
             let [own, right] = [&own, &right].map(|record| text(record, column));
             if own != right {
                 let name = header.get(column).map_or("?".into(), String::from_utf8_lossy);
-                let what = format!("column {name} is {own}, and made again it is {right}");
+                let what = format!("column {name} is {own}, but made again it is {right}");
                 return at(Issue::damaged(what));
             }
         }
     }
-    Issue::damaged("has the fields that it should have, written in another way")
+    Issue::damaged("has the correct fields, but written in another way")
 }
 
 #[cfg(test)]
@@ -168,15 +169,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_difference_is_told_by_row_and_column() {
+    fn a_difference_has_its_row_and_column() {
         let right = b"a,b\n1,2\n3,\"4,5\"\n";
         let check = |found: &[u8], expected: &str| {
-            let said = difference(found, right).to_string();
-            assert!(said.contains(expected), "no {expected:?} in {said}");
+            let message = difference(found, right).to_string();
+            assert!(message.contains(expected), "no {expected:?} in {message}");
         };
-        check(b"a,b\n1,2\n3,4\n", "row 2: column b is \"4\", and made again it is \"4,5\"");
+        check(b"a,b\n1,2\n3,4\n", "row 2: column b is \"4\", but made again it is \"4,5\"");
         check(b"a,b\n1,2\n", "row 2: is missing");
-        check(b"a,b\n1\n3,\"4,5\"\n", "row 1: column b is missing, and made again it is \"2\"");
+        check(b"a,b\n1\n3,\"4,5\"\n", "row 1: column b is missing, but made again it is \"2\"");
         check(b"a,b\n1,2\n3,\"4,5\"\n6,7\n", "row 3: is one row too many");
         check(b"a,c\n1,2\n3,\"4,5\"\n", "header: column b is \"c\"");
         check(b"", "header: is missing");

@@ -16,22 +16,22 @@ use perirobot_study::sensor::Cost;
 
 /// A front.
 pub(super) struct Whole<'a> {
-    pub(super) told: &'a FrontReport,
-    /// Of each step the score of its best set as a fraction, if it is one.
+    pub(super) report: &'a FrontReport,
+    /// For each step the score of its best set as a fraction, if it is one.
     pub(super) fractions: &'a [Option<(i128, i128)>],
     pub(super) given: ProofInput<'a>,
-    /// Whether a plain search proves anything.
+    /// Whether a plain search can prove anything.
     pub(super) is_provable: bool,
 }
 
 impl Whole<'_> {
-    /// Whether all steps are there.
+    /// Checks that all steps are present.
     ///
     /// # Errors
-    /// Why they are not, with the set that should have been told.
+    /// A missing step, with its set.
     pub(super) fn check(&self) -> Result<(), Issue> {
         let sizes = self.given.choose.always.len().max(1)..=self.given.choose.at_most;
-        let steps = &self.told.steps;
+        let steps = &self.report.steps;
         if !steps.is_sorted_by_key(|step| step.at_most) {
             return Err(Issue::says("sizes are out of order").with_place("steps"));
         }
@@ -51,9 +51,9 @@ impl Whole<'_> {
         Ok(())
     }
 
-    /// Whether there is no set of so many sensors that meets what is required.
+    /// Checks that no set of this size meets the requirements.
     fn has_no_set(&self, size: usize) -> Result<(), Issue> {
-        let larger = self.told.steps.iter().any(|step| step.at_most < size);
+        let larger = self.report.steps.iter().any(|step| step.at_most < size);
         if larger || self.given.choose.require.is_empty() {
             return Err(missing(size, "the whole budget"));
         }
@@ -61,21 +61,21 @@ impl Whole<'_> {
         self.none_meets((size, budget), "the whole budget")
     }
 
-    /// Whether no set within some limits meets what is required, as far as that can be shown.
+    /// Checks that no set within some limits meets the requirements, as far as that can be proven.
     fn none_meets(&self, (at_most, budget): (usize, Option<u64>), cost: &str) -> Result<(), Issue> {
         let asks = |one: &SetRequirement| one.over != Across::Mean && one.at_least > 0.0;
         let is_asked = self.given.choose.require.iter().any(asks);
-        // A search that proves nothing may miss a set of few sensors.
-        let is_proven = self.told.steps.iter().all(|step| step.proven);
+        // Without a proof, the search may have missed a set of few sensors.
+        let is_proven = self.report.steps.iter().all(|step| step.proven);
         match self.is_provable && is_asked && is_proven {
             true => self.not_better((at_most, budget, Threshold::Required), cost),
             false => Ok(()),
         }
     }
 
-    /// Whether the steps of cost of one size are all there.
+    /// Checks that all steps of cost of one size are present.
     fn costs(&self, size: usize, own: &[&StepReport]) -> Result<(), Issue> {
-        let fewer = || self.told.steps.iter().zip(self.fractions).filter(|(step, _)| step.at_most < size);
+        let fewer = || self.report.steps.iter().zip(self.fractions).filter(|(step, _)| step.at_most < size);
         let cost = |step: &StepReport| step.best.cost.map_or(0, |cost| cost.thousandths());
         let mut left = own.iter().skip(1).peekable();
         let Some(mut spent) = own.first().map(|first| cost(first)) else { return Ok(()) };
@@ -103,14 +103,14 @@ impl Whole<'_> {
         Ok(())
     }
 
-    /// Whether a step is about all sets that cost no more than this: between its budget and that no set costs.
+    /// Whether a step covers all sets of at most this cost: no set costs between its budget and that.
     fn covers(&self, step: &StepReport, cost: u64) -> bool {
         let budget = step.budget.map_or(u64::MAX, |budget| budget.thousandths());
         let common = self.costs_of_sensors().fold(0, greatest_common_divisor).max(1);
         budget >= cost / common * common
     }
 
-    /// What the cheapest allowed set costs at least.
+    /// Lower bound of the cost of an allowed set.
     fn cheapest(&self) -> u64 {
         match &self.given.choose.always[..] {
             [] => self.costs_of_sensors().min().unwrap_or(0),

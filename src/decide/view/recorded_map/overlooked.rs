@@ -29,43 +29,43 @@ use perirobot_march::march::{self, FULL_RANGE, Gates, leap};
 use perirobot_march::voxel::{BitGrid, Grid};
 use perirobot_scene::recording::cloud::enters;
 
-/// Why a voxel that is occupied is not called so.
+/// Why an occupied voxel is not labelled occupied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Oversight {
-    /// The map has something a voxel off.
+    /// The map has an occupied voxel next to it.
     Beside,
-    /// The map says that nothing is there.
+    /// The map labels it free.
     SaidFree,
-    /// Something stood before it.
+    /// An object was in front of it.
     Hidden,
-    /// Nothing was measured there.
+    /// It was not measured.
     NotMeasured,
 }
 
 impl Oversight {
-    /// All of them, in their order.
+    /// All reasons, in their order.
     pub const ALL: [Oversight; 4] =
         [Oversight::Beside, Oversight::SaidFree, Oversight::Hidden, Oversight::NotMeasured];
 
-    /// As in tables.
+    /// The name in tables.
     pub fn name(self) -> &'static str {
         ["beside", "said_free", "hidden", "not_measured"][self as usize]
     }
 }
 
-/// Voxels that a map overlooks for the same reason.
+/// Voxels that a map misses for the same reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Overlooked {
-    /// Why.
+    /// The reason.
     pub reason: Oversight,
-    /// What hides hidden ones, by its index in [`perirobot_scene::truth::Truth::objects`].
+    /// The hiding object, by its index in [`perirobot_scene::truth::Truth::objects`].
     pub object: Option<usize>,
-    /// Which.
+    /// The voxels.
     pub voxels: BitGrid,
 }
 
 impl Overlooked {
-    /// How many of its voxels are in all of some planes.
+    /// The number of its voxels in the intersection of some planes.
     pub fn count(&self, of: &[&BitGrid]) -> u64 {
         let mut voxels = self.voxels.clone();
         of.iter().for_each(|plane| voxels.keep(plane));
@@ -73,7 +73,7 @@ impl Overlooked {
     }
 }
 
-/// Rays of sight: they end in the first blocker, however near or far.
+/// Lines of sight: they end in the first blocker at any distance.
 const SIGHT: Gates = Gates {
     range_min_q16: 0,
     range_max_q16: march::MAX_RANGE_VOXELS << 16,
@@ -85,7 +85,7 @@ const SIGHT: Gates = Gates {
 };
 
 impl RecordedMap {
-    /// What the map overlooks in all regions, reason by reason, in their order. The view is the map's own.
+    /// The voxels that the map misses in all regions, reason by reason, in their order. The view is the map's own.
     pub fn find_overlooked(&self, view: &View) -> Vec<Overlooked> {
         let (truth, labels) = (&*view.truth, &view.labels);
         let mut overlooked = self.world.region_voxels();
@@ -134,7 +134,7 @@ fn neighbours([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
     all.filter(|step| *step != [0; 3]).map(move |[i, j, k]| [x + i, y + j, z + k])
 }
 
-/// The voxel that stands before a voxel of the grid, seen from a place in the world; `None` if it is in sight.
+/// The first voxel on the line of sight from a place in the world to a voxel of the grid; `None` if it is in sight.
 fn blocking_voxel(place_m: DVec3, voxel: [i32; 3], grid: &Grid, search: &BlockerSearch) -> Option<[i32; 3]> {
     let middle_m = grid.corner_m(voxel) + grid.voxel_size_m / 2.0;
     let begin_q16 = enters(place_m, middle_m, grid)?;

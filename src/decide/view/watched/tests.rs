@@ -1,5 +1,5 @@
-//! A body that is put into a watched voxel is hit or felt, and one that has no watched voxel is not: random
-//! cells and every kind of sensor, bodies put into the truth and cast again.
+//! A body put into a watched voxel is hit or felt, and a body without a watched voxel is not: random cells and every
+//! kind of sensor, with bodies put into the truth and cast again.
 
 use super::*;
 use crate::view::why::Reason;
@@ -11,7 +11,7 @@ use perirobot_march::backend::{Backend, Shades, VoxelScene};
 use perirobot_march::voxel::Window;
 use perirobot_study::input::{Member, Overrides};
 
-/// How often what was met.
+/// How often each case occurred.
 #[derive(Debug, Default)]
 struct MetCounts {
     voxels_hit: u64,
@@ -21,7 +21,7 @@ struct MetCounts {
     blinded: u64,
 }
 
-/// The voxels of a body that are hit or felt if it stands in a world.
+/// The voxels of a body in a world that are hit or felt.
 fn hits(
     watchers: &Watchers,
     world: &World,
@@ -64,7 +64,7 @@ fn hits(
         let rays = watchers.tables[sensor].as_ref();
         let station =
             Station { rays, ..world.station(watchers.study, &truth, [sensor, candidate, watchers.repeat]) };
-        // What is always on says the same whoever comes.
+        // A sensor that is always on has the same evidence with and without the body.
         if watch::is_always_on(kind, representation, &station) {
             continue;
         }
@@ -79,7 +79,7 @@ fn hits(
     hits
 }
 
-/// Voxels and bodies here and there in a world, each put into it alone.
+/// Random voxels and bodies in a world, each put into it alone.
 fn check(
     study: &Study,
     world: &World,
@@ -101,7 +101,7 @@ fn check(
         assert_eq!(watch.voxels, followed, "{choice:?}\n{rerun}");
         let may_be_blind = |rays: &Rays| rays.gates.range_min_q16 > rays.gates.near_ignore_q16;
         let may_be_blind = watchers.tables.iter().flatten().any(may_be_blind);
-        // Half of them begin in a voxel that is watched, if there is one to stand in.
+        // Half of them start in a watched voxel, if there is a free one.
         let mut free = watch.voxels.clone();
         free.remove(&truth.occupied);
         let free: Vec<_> = free.voxels().collect();
@@ -156,9 +156,9 @@ fn check_all(study: &Study, worlds: &[World], every: usize, seed: u32, met: &mut
 
 #[test]
 fn in_random_cells_bodies_are_noticed_where_they_are_watched() {
-    let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
+    let only_seed = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     let mut met = MetCounts::default();
-    for seed in asked.map_or(0..24, |seed: u32| seed..seed + 1) {
+    for seed in only_seed.map_or(0..24, |seed: u32| seed..seed + 1) {
         let random = &mut CaseRandom(seed);
         let (scene, ring) = (random_scene(random), random_ring(random));
         let (study, worlds) = ready(&random_study(random), &scene, &[("ring.csv", ring)]);
@@ -167,11 +167,11 @@ fn in_random_cells_bodies_are_noticed_where_they_are_watched() {
     }
     let MetCounts { voxels_hit, voxels_missed, bodies_hit, bodies_missed, blinded } = met;
     let least = [voxels_hit, voxels_missed, bodies_hit, bodies_missed].into_iter().min();
-    assert!(asked.is_some() || (least > Some(100) && blinded * 20 < bodies_hit), "{met:?}");
+    assert!(only_seed.is_some() || (least > Some(100) && blinded * 20 < bodies_hit), "{met:?}");
 }
 
-/// What `why` says of a voxel that no sensor knows: nothing stopped the ray that looks there, so it is watched;
-/// it is neither watched nor known where that ray was stopped before, and no other ray comes.
+/// Watched voxels against the reasons of `why`: an unknown voxel is watched if nothing stopped its ray; it is neither
+/// watched nor known if the ray was stopped before it and no other ray reaches it.
 #[test]
 fn what_nothing_returns_from_is_watched() {
     let (mut silent, mut hidden) = (0, [0; 2]);
@@ -193,7 +193,7 @@ fn what_nothing_returns_from_is_watched() {
             if is_lossy {
                 continue;
             }
-            // A ray tells nothing of its first voxel, nor of what is nearer than it can measure.
+            // A ray gives no evidence for its first voxel, nor below its shortest range.
             let own = view.members[0].placement.origin_q16.map(|x| x >> 16);
             let least = rays.gates.range_min_q16.max(rays.gates.near_ignore_q16) >> 16;
             let apart = |voxel: [i32; 3]| (0..3).map(|r| voxel[r].abs_diff(own[r]).pow(2)).sum::<u32>();
@@ -246,7 +246,7 @@ fn every_kind_of_sensor_notices_where_it_watches() {
     }
 }
 
-/// Joints trip a zone camera, and a body has none: it watches nothing even where people trip it.
+/// Joints trip a zone camera, but a body has none: it watches nothing even in a tripped zone.
 #[test]
 fn a_zone_camera_watches_nothing() {
     let (study, worlds) = every_kind();

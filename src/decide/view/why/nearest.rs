@@ -6,16 +6,16 @@
 //! branch is left out if the plane between is farther away than the best direction found. Of equally near
 //! directions the first counts, so the answer does not depend on how the tree was built.
 
-/// Up to this many directions are searched one by one.
+/// The most directions that are searched one by one.
 const LEAF: usize = 8;
 
 /// The number of directions whose neighbours are sampled for the spacing of a table.
 const SAMPLES: usize = 256;
 
-/// A table of directions to be searched.
+/// A searchable table of directions.
 pub(super) struct NearestDirection<'a> {
     dirs_q15: &'a [[i32; 3]],
-    /// The numbers of all directions, each part with its median in the middle.
+    /// The indices of all directions, each part with its median in the middle.
     order: Vec<u32>,
 }
 
@@ -26,7 +26,7 @@ impl<'a> NearestDirection<'a> {
         NearestDirection { dirs_q15, order }
     }
 
-    /// The number of the nearest direction not farther than a squared distance, and its own.
+    /// The index of the nearest direction within a squared distance, and its squared distance.
     pub(super) fn find(&self, dir_q15: [i32; 3], within: i64) -> Option<(u32, i64)> {
         let mut best = (within, u32::MAX);
         self.search(&self.order, 0, dir_q15, &mut best);
@@ -63,10 +63,9 @@ fn sort(dirs_q15: &[[i32; 3]], part: &mut [u32], axis: usize) {
     rayon::join(|| sort(dirs_q15, low, next), || sort(dirs_q15, &mut high[1..], next));
 }
 
-/// The spacing of a table's directions, squared: the median over directions of the distance to the nearest
-/// other one or to the nearest one beside that line, whichever is larger. So a raster is as coarse as its
-/// rows are apart; directions more than ten times as far beside a line belong to no row of the raster. 0 for
-/// a single direction.
+/// The spacing of a table's directions, squared: the median over directions of the distance to the nearest other one or
+/// to the nearest one beside that line, whichever is larger. So the spacing of a raster is that of its rows; directions
+/// more than ten times as far beside a line belong to no row. 0 for a single direction.
 pub(super) fn gap(dirs_q15: &[[i32; 3]]) -> i64 {
     let every = dirs_q15.len().div_ceil(SAMPLES).max(1);
     let mut gaps: Vec<i64> = dirs_q15.iter().step_by(every).map(|&at| gap_around(at, dirs_q15)).collect();
@@ -113,7 +112,7 @@ mod tests {
         (0..count).chain(0..count / 10).map(one).collect()
     }
 
-    /// Rows and columns so many radians apart, about straight ahead.
+    /// Rows and columns with this spacing in radians, about straight ahead.
     fn raster(rows: i32, columns: i32, [up, across]: [f64; 2]) -> Vec<[i32; 3]> {
         let voxel = |i: i32| {
             [f64::from(i % columns - columns / 2) * across, f64::from(i / columns - rows / 2) * up, 1.0]
@@ -146,7 +145,7 @@ mod tests {
         about(gap(&raster(9, 9, [0.01, 0.01])), 0.01);
         about(gap(&raster(9, 40, [0.02, 0.004])), 0.02);
         about(gap(&raster(40, 9, [0.004, 0.02])), 0.02);
-        // One row has nothing beside it, and a row too far away is none of its own.
+        // A single row has no neighbour row, and a row too far away does not count.
         about(gap(&raster(1, 40, [0.0, 0.01])), 0.01);
         about(gap(&raster(2, 40, [0.2, 0.01])), 0.01);
         assert_eq!((gap(&[]), gap(&[[0, 0, 32_768]]), gap(&[[0, 0, 32_768]; 3])), (0, 0, 0));

@@ -11,7 +11,7 @@ use perirobot_march::backend::{GridPose, Image, Rays};
 use perirobot_march::march::March;
 use perirobot_study::sensor::{FieldOfView, quantise_q15};
 
-/// A sensor's rays from where it stands.
+/// A sensor's rays from its pose.
 pub(crate) struct Sight<'a> {
     rays: &'a Rays,
     from: &'a GridPose,
@@ -23,19 +23,19 @@ enum Finder<'a> {
     Pixels(Image),
     Table {
         nearest: NearestDirection<'a>,
-        /// How far a direction may be from the nearest to be in view of a table that has no other bounds,
-        /// squared in Q30.
+        /// Largest distance of a direction from the nearest ray to be in view of a table without other bounds, squared
+        /// in Q30.
         reach: i64,
     },
 }
 
-/// A voxel as a sensor sees it.
+/// A voxel as seen from a sensor.
 pub(crate) struct Look {
     /// Whether the voxel's centre is in the field of view.
     pub(crate) in_view: bool,
-    /// The ray nearest to its centre; `None` where none is near enough to cross it.
+    /// The ray nearest to its centre; `None` if none is near enough to cross it.
     pub(crate) ray: Option<u32>,
-    /// How far its centre is, squared, in 1/2^32 voxels squared.
+    /// The distance of its centre, squared, in 1/2^32 voxels squared.
     pub(crate) squared_q32: i128,
 }
 
@@ -52,13 +52,13 @@ impl<'a> Sight<'a> {
         Sight { rays, from, field, finder }
     }
 
-    /// Where a voxel's centre is.
+    /// Direction and distance of a voxel's centre.
     pub(crate) fn look(&self, voxel: [i32; 3]) -> Look {
         let way: [i64; 3] = std::array::from_fn(|r| {
             (i64::from(voxel[r]) << 16) + 0x8000 - i64::from(self.from.origin_q16[r])
         });
         let squared_q32 = way.iter().map(|&x| i128::from(x) * i128::from(x)).sum();
-        // At most 2^43 on each axis, so floats hold it.
+        // At most 2^43 on each axis, so floats are exact.
         let axis =
             |a: usize| (0..3).map(|r| i64::from(self.from.axis_q15[r][a]) * way[r]).sum::<i64>() as f64;
         let direction = DVec3::new(axis(0), axis(1), axis(2));
@@ -85,9 +85,9 @@ impl<'a> Sight<'a> {
     }
 }
 
-/// The pixel that a direction falls into, or the nearest of the image.
+/// The pixel of a direction, or the nearest one of the image.
 fn pixel(image: &Image, direction: DVec3) -> u32 {
-    let at = |a: usize| {
+    let pixel = |a: usize| {
         let last = f64::from(image.size_px[a]) - 1.0;
         let slope = match direction[a] {
             _ if direction.z > 0.0 => image.focal_px[a] * direction[a] / direction.z,
@@ -96,5 +96,5 @@ fn pixel(image: &Image, direction: DVec3) -> u32 {
         };
         (slope + f64::from(image.size_px[a]) / 2.0).floor().clamp(0.0, last) as u32
     };
-    at(1) * image.size_px[0] + at(0)
+    pixel(1) * image.size_px[0] + pixel(0)
 }

@@ -1,4 +1,4 @@
-//! Small cells whose reasons are worked by hand. All other cells are tested in `proof`.
+//! Small cells with reasons worked out by hand. `proof` tests all other cells.
 
 pub(crate) mod proof;
 
@@ -10,7 +10,7 @@ use perirobot_march::backend::cpu::Cpu;
 use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
 
-/// A study made ready, from its text, that of its scene `cell.toml`, and other files.
+/// A prepared study, from its text, that of its scene `cell.toml`, and other files.
 pub(crate) fn ready(study: &str, scene: &str, others: &[(&str, String)]) -> (Study, Vec<World>) {
     let folder = TempDir::new().unwrap();
     let files = [("study.toml", study.to_string()), ("cell.toml", scene.to_string())];
@@ -26,7 +26,7 @@ pub(crate) fn ready(study: &str, scene: &str, others: &[(&str, String)]) -> (Stu
 /// The first choice of the first combination.
 const FIRST: Choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
 
-/// Reason, object, voxels: what is unknown in a study's first region.
+/// Reason, object and voxels of the unknown space in a study's first region.
 fn reasons(study: &str, scene: &str, others: &[(&str, String)]) -> Vec<(&'static str, String, u64)> {
     let (study, worlds) = ready(study, scene, others);
     let view = View::new(&study, &worlds[0], FIRST, &mut Cpu::new(Some(1)).unwrap()).unwrap();
@@ -44,8 +44,7 @@ fn finding(reason: &'static str, object: &str, voxels: u64) -> (&'static str, St
     (reason, object.into(), voxels)
 }
 
-/// A corridor of 10 × 3 × 3 voxels of a metre, and one ray along the middle of it from the middle of its
-/// first voxel.
+/// A corridor of 10 × 3 × 3 voxels of a metre, and one ray along its middle from the middle of its first voxel.
 fn corridor(keys: &str) -> String {
     format!(
         "[grid]\nvoxel_size_m = 1\nbounds_m = {{ min = [0, 0, 0], max = [9.5, 2.5, 2.5] }}\n\
@@ -79,18 +78,17 @@ fn behind_a_box_all_is_hidden_by_it() {
         reasons_in_corridor("range_m = [0, 20]", &all),
         [finding("out_of_view", "", 80), finding("hidden", "box", 3)]
     );
-    // It is entered at 5.5, and x = 4 at 3.5: what is farther than 3.6 is too far, what is before is
-    // certified by nothing.
+    // It is entered at 5.5, and x = 4 at 3.5: beyond 3.6 is out of range, and the voxels before are not certified.
     assert_eq!(
         reasons_in_corridor("range_m = [0, 3.6]", &all),
         [finding("out_of_view", "", 80), finding("out_of_range", "", 5), finding("no_return", "", 5)]
     );
-    // Too near to be measured: the whole row is lost, the box with it.
+    // Too close to be measured: the whole row is lost, including the box.
     assert_eq!(
         reasons_in_corridor("range_m = [6, 20]", &all),
         [finding("out_of_view", "", 80), finding("blind", "box", 10)]
     );
-    // The lens looks past its own housing, and then into the hall.
+    // The lens ignores its own housing, and sees the hall.
     assert_eq!(
         reasons_in_corridor("range_m = [6, 20]\nnear_ignore_m = 6", &all),
         [finding("out_of_view", "", 80), finding("no_return", "", 10)]
@@ -107,14 +105,12 @@ fn the_object_that_hides_is_the_first_that_stops_rays() {
     assert_eq!(shared(["", "", ""]), finding("hidden", "first", 3));
     assert_eq!(shared(["optical = \"see_through\"", "", ""]), finding("hidden", "second", 3));
     assert_eq!(shared(["tag_only = true", "", ""]), finding("hidden", "second", 3));
-    // Nothing is left to stop the ray at x = 6; behind x = 8 one voxel is hidden, and 80 beside the ray come
-    // first.
+    // No object stops the ray at x = 6; behind x = 8 one voxel is hidden; the 80 beside the ray come first.
     let see_through = "optical = \"see_through\"";
     assert_eq!(shared([see_through, see_through, ""]), finding("hidden", "other", 1));
 }
 
-/// A hall of 9 × 9 × 9 voxels of a metre, and a camera of 90° × 90° that looks along x from the middle of its
-/// side.
+/// A hall of 9 × 9 × 9 voxels of a metre, and a camera of 90° × 90° that looks along x from the middle of its side.
 fn hall(keys: &str) -> String {
     format!(
         "[grid]\nvoxel_size_m = 1\nbounds_m = {{ min = [0, 0, 0], max = [8.5, 8.5, 8.5] }}\n\
@@ -125,15 +121,15 @@ fn hall(keys: &str) -> String {
     )
 }
 
-/// A wall of 3 × 3 voxels, 3.75 m before the camera.
+/// A wall of 3 × 3 voxels, 3.75 m in front of the camera.
 const WALL: &str = "interior = \"free\"\n[[object]]\nname = \"wall\"\nbox = { size_m = [0.5, 2.5, 2.5] }\n\
                     position_m = [4.5, 4.5, 4.5]\n";
 
 #[test]
 fn the_shadow_of_a_wall() {
-    // The shadow is 1.5 / 3.75 = 0.4 as wide, to each side, as it is far. A voxel lies in it whole where its
-    // outer edge at its near side does: |y| + ½ ≤ 0.4 (x − ½). 0.4 · 4.75 = 1.9 and 0.4 · 5.75 = 2.3 take |y|
-    // up to 1, 0.4 · 6.75 = 2.7 and 0.4 · 7.75 = 3.1 up to 2: two layers of 3 × 3 voxels and two of 5 × 5.
+    // The shadow is 1.5 / 3.75 = 0.4 as wide, to each side, as it is far. A voxel is completely in it if its outer edge
+    // at its near side is: |y| + ½ ≤ 0.4 (x − ½). 0.4 · 4.75 = 1.9 and 0.4 · 5.75 = 2.3 take |y| up to 1, 0.4 · 6.75 =
+    // 2.7 and 0.4 · 7.75 = 3.1 up to 2: two layers of 3 × 3 voxels and two of 5 × 5.
     let all = reasons(&hall("range_m = [0, 30]\nno_return = \"free\""), WALL, &[]);
     assert_eq!(all.len(), 2, "{all:?}");
     assert_eq!((all[0].0, &all[1]), ("out_of_view", &finding("hidden", "wall", 68)));
@@ -141,7 +137,7 @@ fn the_shadow_of_a_wall() {
 
 #[test]
 fn a_hall_that_says_nothing() {
-    // All that is seen is the wall: the rest of the view is before it (known), behind it, or silent.
+    // Only the wall is seen: the rest of the view is in front of it (known), behind it, or silent.
     let all = reasons(&hall("range_m = [0, 30]"), WALL, &[]);
     let names: Vec<_> = all.iter().map(|(reason, object, _)| (*reason, object.as_str())).collect();
     assert_eq!(names, [("out_of_view", ""), ("hidden", "wall"), ("no_return", "")]);
@@ -160,8 +156,8 @@ fn a_hall_that_says_nothing() {
     }
 }
 
-/// A hall of 61 × 1 × 21 voxels of a metre, and a LIDAR with rings 2° apart at one end; the region is a
-/// column 50 m away.
+/// A hall of 61 × 1 × 21 voxels of a metre, and a LIDAR with rings 2° apart at one end; the region is a column 50 m
+/// away.
 fn rings(range_max_m: u32) -> String {
     format!(
         "[grid]\nvoxel_size_m = 1\nbounds_m = {{ min = [0, 0, 0], max = [60.5, 0.5, 20.5] }}\n\
@@ -175,9 +171,8 @@ fn rings(range_max_m: u32) -> String {
 
 #[test]
 fn rings_two_degrees_apart_miss_a_voxel_between_them() {
-    // From 49.5 to 50.5 m ahead the rings are 1.73 to 1.76 and 3.46 to 3.53 m above and below 10.5: they
-    // cross 6, 7, 8, 10, 12, 13 and 14. Their field ends 5° up, 4.37 m: that is in 14, and 15 has its centre
-    // at 5.
+    // From 49.5 to 50.5 m ahead the rings are 1.73 to 1.76 and 3.46 to 3.53 m above and below 10.5: they cross 6, 7, 8,
+    // 10, 12, 13 and 14. Their field ends 5° up, 4.37 m: that is in 14, and 15 has its centre at 5.
     let far_corner = boxes(&[("stone", [60, 0, 0], "")]);
     assert_eq!(
         reasons(&rings(100), &far_corner, &[]),
@@ -215,15 +210,14 @@ fn of_several_sensors_the_one_that_came_nearest_gives_the_reason() {
     let study = corridor("range_m = [0, 20]") + second;
     let all = [("near", [2, 1, 1], ""), ("far", [6, 1, 1], "")];
     let ray = [("ray.csv", "x,y,z\n1,0,0\n".to_string())];
-    // The first knows 0 to 2 and has the rest hidden by the near box, the second knows 6 to 9 and has the
-    // rest hidden by the far one: of what neither knows, the first to speak names the object.
+    // The first knows 0 to 2, and the near box hides the rest; the second knows 6 to 9, and the far one hides the rest:
+    // for voxels unknown to both, the first sensor determines the object.
     assert_eq!(
         reasons(&study, &boxes(&all), &ray),
         [finding("out_of_view", "", 80), finding("hidden", "near", 3)]
     );
-    // The far box is entered at 2.5: where the second's range ends before that, nothing returns from 7 to 9,
-    // which comes nearer to knowing than a box before them, and what is beyond is hidden, which is nearer
-    // than out of range.
+    // The far box is entered at 2.5: if the second's range ends before that, nothing returns from 7 to 9, a later
+    // reason than a hidden one, and what is beyond is hidden, a later reason than out of range.
     let shorter = format!("{}{}", corridor("range_m = [0, 20]"), second.replace("[0, 20]", "[0, 2.4]"));
     assert_eq!(
         reasons(&shorter, &boxes(&all), &ray),
@@ -236,7 +230,7 @@ fn votes_that_cancel_are_named() {
     let ray = [("ray.csv", "x,y,z\n1,0,0\n".to_string())];
     let (study, worlds) = ready(&corridor("range_m = [0, 20]"), &boxes(&[("box", [6, 1, 1], "")]), &ray);
     let mut view = View::new(&study, &worlds[0], FIRST, &mut Cpu::new(Some(1)).unwrap()).unwrap();
-    // No study can bring it about with few sensors: 3511, 847 and 405 have no small multiples that meet.
+    // No study can produce it with few sensors: 3511, 847 and 405 have no small common multiples.
     let mut one = BitGrid::nowhere().to_window(view.labels.free.window());
     one.set([3, 1, 1]);
     view.labels.free.remove(&one);

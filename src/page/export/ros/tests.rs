@@ -25,7 +25,7 @@ fn text(files: &[ExportedFile], name: &str) -> String {
     String::from_utf8(file.unwrap_or_else(|| panic!("no {name}")).bytes.clone()).unwrap()
 }
 
-/// Whether two rotations are one but for the digits that are not written.
+/// Whether two rotations are equal except for unwritten digits.
 fn is_as(a: DQuat, b: DQuat) -> bool {
     a.dot(b).abs() > 1.0 - 1e-11
 }
@@ -35,16 +35,16 @@ const CAMERA: &str = "camera:wall/1/1";
 #[test]
 fn transforms_put_frames_where_the_sensors_are() {
     export("scenes/tiny.toml", CAMERA, |_, placed, files| {
-        // A stand-in prints what the script asks ROS for.
+        // A stub prints the arguments that the script passes to ROS.
         let folder = tempfile::tempdir().unwrap();
-        let said = folder.path().join("said");
+        let output = folder.path().join("said");
         let script = text(&files, "transforms.sh");
-        let stand_in = format!("ros2() {{ echo \"$*\" >> '{}'; }}\n{script}", said.display());
+        let stand_in = format!("ros2() {{ echo \"$*\" >> '{}'; }}\n{script}", output.display());
         assert!(Command::new("sh").args(["-c", &stand_in]).status().unwrap().success());
-        let said = std::fs::read_to_string(said).unwrap();
-        let mut lines: Vec<Vec<&str>> = said.lines().map(|line| line.split(' ').collect()).collect();
+        let output = std::fs::read_to_string(output).unwrap();
+        let mut lines: Vec<Vec<&str>> = output.lines().map(|line| line.split(' ').collect()).collect();
         lines.sort_by_key(|words| words.len());
-        assert_eq!(lines.len(), 2, "{said}");
+        assert_eq!(lines.len(), 2, "{output}");
         let after = |words: &[&str], flag: &str| {
             let at = words.iter().position(|word| *word == flag).unwrap();
             words[at + 1].to_string()
@@ -90,10 +90,10 @@ fn the_urdf_puts_links_where_the_sensors_are() {
         let axes = expected.link();
         let placement = placed[0].member.placement.axis_q15;
         for (r, row) in placement.iter().enumerate() {
-            let told = [axes.x_axis[r], axes.y_axis[r], axes.z_axis[r]];
+            let axis = [axes.x_axis[r], axes.y_axis[r], axes.z_axis[r]];
             let close =
-                row.iter().zip(told).all(|(&q15, told)| (f64::from(q15) / 32768.0 - told).abs() < 1e-4);
-            assert!(close, "{row:?} {told:?}");
+                row.iter().zip(axis).all(|(&q15, axis)| (f64::from(q15) / 32768.0 - axis).abs() < 1e-4);
+            assert!(close, "{row:?} {axis:?}");
         }
     });
 }
@@ -129,14 +129,14 @@ fn a_sensor_on_a_link_hangs_on_that_link() {
             .replace("<robot name=\"sensors\">", "<robot name=\"s\"><link name=\"wrist_3_link\"/>");
         let mount = &urdf_rs::read_from_string(&robot).unwrap().joints[0];
         assert_eq!((mount.parent.link.as_str(), mount.child.link.as_str()), ("wrist_3_link", "wrist"));
-        // As the study has it: in the link's frame, along its z.
+        // As in the study: in the link's frame, along its z.
         assert_eq!(mount.origin.xyz.0, [0.0, -0.1, 0.1]);
         let [roll, pitch, yaw] = mount.origin.rpy.0;
         let turned =
             DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
         assert!((turned * DVec3::X - DVec3::Z).length() < 1e-9);
         assert!(text(&files, "transforms.sh").contains("--frame-id wrist_3_link --child-frame-id wrist &"));
-        // In the bag it is where the robot holds it at that moment.
+        // In the bag it is at the robot's pose of that moment.
         assert_eq!(placed[0].own.holder, "world");
         assert_eq!(Setting::Pose(placed[0].own.pose), view.world.settings[placed[0].member.sensor][0]);
     });
@@ -153,12 +153,12 @@ fn a_cloud_of_a_bag_lies_in_the_voxels_of_the_returns() {
             let read =
                 perirobot_scene::recording::Recording::read(&path, Default::default(), &sources).unwrap();
             let grid = &view.world.grid;
-            let said = read.planes(&perirobot_scene::recording::Anchor::new(DVec3::ZERO, 0.0), grid);
+            let points = read.planes(&perirobot_scene::recording::Anchor::new(DVec3::ZERO, 0.0), grid);
             let cast = placed[0].member.cast.as_ref().unwrap();
             let expected: Vec<_> = cast.planes.occupied.voxels().collect();
             assert!(expected.len() > 30);
-            assert_eq!(said.planes.occupied.voxels().collect::<Vec<_>>(), expected, "{poses}");
-            assert!(!said.planes.free.is_empty());
+            assert_eq!(points.planes.occupied.voxels().collect::<Vec<_>>(), expected, "{poses}");
+            assert!(!points.planes.free.is_empty());
         });
     }
 }

@@ -1,5 +1,5 @@
-//! What a sensor looks at, seen from above: where its rays go until they leave the room or are as long as it measures.
-//! What stands in their way is not heeded.
+//! The field of view of a sensor, seen from above: its rays until they leave the room or reach the range. Obstacles are
+//! ignored.
 
 use glam::{DVec2, DVec3};
 
@@ -9,12 +9,12 @@ use perirobot_study::sensor::Kind;
 
 /// Rays of a picture that are followed, across and down.
 const ACROSS: usize = 17;
-/// A ray is level that rises or falls by less than this share of its length.
+/// A ray counts as level if it rises or falls by less than this share of its length.
 const LEVEL: f64 = 0.01;
-/// Parts of a turn of which the longest ray of other sensors is drawn.
+/// Sectors of a turn; the longest ray of each is drawn for other sensors.
 const PARTS: usize = 90;
 
-/// The part of the floor above which a sensor looks, as the corners of an area.
+/// The floor area below a sensor's field of view, as its corners.
 pub(super) fn field(
     kind: &dyn Kind,
     rays: &Rays,
@@ -47,7 +47,7 @@ pub(super) fn field(
     }
 }
 
-/// Whether all rays stay at the sensor's height: it sees a plane, and nothing above or below it.
+/// Whether all rays stay at the sensor's height, so that it sees a single plane.
 pub(super) fn is_level(kind: &dyn Kind, rays: &Rays, pose: &Pose) -> bool {
     let world_from_rays = kind.frame(pose);
     let rise = |dir: &[i32; 3]| {
@@ -57,7 +57,7 @@ pub(super) fn is_level(kind: &dyn Kind, rays: &Rays, pose: &Pose) -> bool {
     rays.dirs_q15.iter().all(|dir| rise(dir) < LEVEL)
 }
 
-/// The corners of the smallest convex area that holds some places, anticlockwise.
+/// The convex hull of some places, anticlockwise.
 fn hull(mut places: Vec<DVec2>) -> Vec<DVec2> {
     places.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     places.dedup();
@@ -79,7 +79,7 @@ fn hull(mut places: Vec<DVec2>) -> Vec<DVec2> {
     corners
 }
 
-/// The longest ray of each part of a turn, in their order; between parts without rays the middle.
+/// The longest ray of each sector, in order; the sensor itself between sectors without rays.
 fn star(middle: DVec2, ends: impl Iterator<Item = DVec2>) -> Vec<DVec2> {
     let mut longest: [Option<DVec2>; PARTS] = [None; PARTS];
     for end in ends {
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn a_star_has_a_corner_where_there_are_no_rays() {
         let ray = |degrees: f64, length: f64| DVec2::from_angle(degrees.to_radians()) * length;
-        // Of a quarter turn, the longer ray of each part.
+        // The longer ray of each sector, in a quarter turn.
         let ends = (0..90).flat_map(|degrees| [1.0, 2.0].map(|length| ray(f64::from(degrees) + 0.5, length)));
         let found = star(DVec2::ZERO, ends);
         let far = found.iter().filter(|place| place.length() > 1.5).count();

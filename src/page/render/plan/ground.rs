@@ -1,5 +1,5 @@
-//! What stands where on the floor: footprints of objects as outlines, walls where the plan cuts them, and the floor
-//! that no sensor watches.
+//! The ground plan: footprints of objects as outlines, walls at the height of the cut, and the floor that no sensor
+//! watches.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -13,41 +13,41 @@ use perirobot_scene::truth::Truth;
 
 /// The height above the floor at which walls are cut.
 const CUT_M: f64 = 1.2;
-/// What is higher above the floor is not drawn, and nobody stands there.
+/// Objects above this height are not drawn, and people are below it.
 const HEAD_M: f64 = 1.8;
 
-/// A slab is no higher than this above the lowest place; it covers at least half of the room.
+/// Largest height of a slab above the lowest place; it covers at least half of the room.
 const SLAB_M: f64 = 0.5;
-/// What walls enclose is a part of the cell if it has this area, and a square as wide as a person fits in.
+/// Least area of an enclosed part of the cell; a square as wide as a person must fit in.
 const LEAST_M2: f64 = 1.0;
 const PERSON_M: f64 = 0.4;
 
-/// The layers of a grid that a plan is about.
+/// The layers of a grid in a plan.
 #[derive(Clone, Debug)]
 pub(super) struct Storey {
     grid: Grid,
-    /// Above the floor, up to the head of a person who stands.
+    /// Above the floor, up to the head of a standing person.
     pub(super) layers: Range<i32>,
-    /// Where walls are cut.
+    /// The height of the cut.
     cut: i32,
     room_m: [DVec3; 2],
-    /// Columns inside of walls and cupboards, where nobody comes.
+    /// Columns inside walls and cupboards.
     pub(super) voids: BitGrid,
 }
 
-/// The floor, and how much of it is watched.
+/// The floor, and its watched share.
 #[derive(Debug)]
 pub(super) struct WatchedFloor {
-    /// Columns of which no voxel is watched.
+    /// Columns without a watched voxel.
     pub(super) blind: BitGrid,
-    /// Others of which fewer than half are.
+    /// Other columns with less than half of their voxels watched.
     pub(super) hardly: BitGrid,
-    /// How many columns there are that a person could stand in, at least with a part.
+    /// The number of columns with room for at least a part of a person.
     pub(super) columns: u64,
 }
 
 impl Storey {
-    /// Of a room whose floor is at a height, or on a slab on it.
+    /// For a room with its floor at a height, or on a slab on it.
     pub(super) fn new(truth: &Truth, room_m: [DVec3; 2], floor_m: f64) -> Storey {
         let grid = truth.grid;
         let steps = |metres: f64| (metres / grid.voxel_size_m).round() as i32;
@@ -74,7 +74,7 @@ impl Storey {
         storey
     }
 
-    /// The columns whose middle is inside of the room.
+    /// The columns whose middle is inside the room.
     fn columns(&self) -> Vec<[i32; 2]> {
         let [low, high] = self.room_m.map(DVec3::truncate);
         let half = DVec2::splat(self.grid.voxel_size_m / 2.0);
@@ -86,7 +86,7 @@ impl Storey {
         (0..y).flat_map(|y| (0..x).map(move |x| [x, y])).filter(is_inside).collect()
     }
 
-    /// What is enclosed where walls are cut, and too small to be a part of the cell.
+    /// Enclosed voxels at the height of the cut that are too small to be a part of the cell.
     fn enclosed_voxels(&self, truth: &Truth) -> BitGrid {
         let blank = BitGrid::new(Window { min: [0; 3], size: [self.grid.size[0], self.grid.size[1], 1] });
         let mut open = blank.clone();
@@ -123,7 +123,7 @@ impl Storey {
         voids
     }
 
-    /// The columns of the grid that have a voxel of a set in some layers, as one layer.
+    /// The columns of the grid with a voxel of a set in some layers, as one layer.
     fn flatten(&self, voxels: &BitGrid, layers: Range<i32>) -> BitGrid {
         let [x, y, _] = self.grid.size;
         let mut flat = BitGrid::new(Window { min: [0; 3], size: [x, y, 1] });
@@ -135,7 +135,7 @@ impl Storey {
         flat
     }
 
-    /// What an object covers, seen from above.
+    /// The area of an object, seen from above.
     pub(super) fn footprint(&self, voxels: &BitGrid) -> BitGrid {
         self.flatten(voxels, self.layers.clone())
     }
@@ -145,7 +145,7 @@ impl Storey {
         self.flatten(voxels, 0..self.grid.size[2] as i32)
     }
 
-    /// Where an object is cut.
+    /// The section of an object at the height of the cut.
     pub(super) fn section(&self, voxels: &BitGrid) -> BitGrid {
         self.flatten(voxels, self.cut..self.cut + 1)
     }
@@ -181,7 +181,7 @@ impl Storey {
         WatchedFloor { blind, hardly, columns: all.count() }
     }
 
-    /// How much of the floor is watched: in each column the voxels that are not solid count.
+    /// The watched floor: counts the voxels of each column that are not solid.
     pub(super) fn floor(&self, truth: &Truth, watch: &WatchedVoxels) -> WatchedFloor {
         let blank = BitGrid::new(self.voids.window());
         let mut floor = WatchedFloor { blind: blank.clone(), hardly: blank, columns: 0 };
@@ -194,7 +194,7 @@ impl Storey {
                     watched += u32::from(watch.voxels.get(voxel));
                 }
             }
-            // What is cut, and what that encloses, is no floor.
+            // Sections, and what they enclose, are not floor.
             let cut = [x, y, self.cut];
             if self.voids.get([x, y, 0]) || truth.occupied.get(cut) || truth.ignored.get(cut) || free == 0 {
                 continue;
@@ -218,7 +218,7 @@ impl Storey {
         rings(flat).iter().map(path).collect()
     }
 
-    /// The middle of a layer's voxels in metres, and how far they reach to each side.
+    /// The middle of a layer's voxels in metres, and half its size.
     pub(super) fn extent(&self, flat: &BitGrid) -> [DVec2; 2] {
         let around = flat.bounds();
         [around.min, around.end()].map(|corner| self.grid.corner_m(corner).truncate())
@@ -233,7 +233,7 @@ impl Storey {
         })
     }
 
-    /// The area of so many columns.
+    /// The area of this many columns.
     pub(super) fn area_m2(&self, columns: u64) -> f64 {
         columns as f64 * self.grid.voxel_size_m * self.grid.voxel_size_m
     }
@@ -272,13 +272,13 @@ fn rings(flat: &BitGrid) -> Vec<Vec<[i32; 2]>> {
     rings
 }
 
-/// Twice the area that a ring encloses, below 0 where it goes clockwise.
+/// Twice the area of a ring, negative if it is clockwise.
 fn twice_the_area(ring: &[[i32; 2]]) -> i32 {
     let next = |i: usize| ring[(i + 1) % ring.len()];
     (0..ring.len()).map(|i| ring[i][0] * next(i)[1] - next(i)[0] * ring[i][1]).sum()
 }
 
-/// A ring without the places at which it goes straight on.
+/// A ring without its straight vertices.
 fn corners(ring: &[[i32; 2]]) -> Vec<[i32; 2]> {
     let turns = |i: usize| {
         let [before, at, after] = [i + ring.len() - 1, i, i + 1].map(|i| ring[i % ring.len()]);

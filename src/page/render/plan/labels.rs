@@ -1,13 +1,13 @@
-//! Where names stand on a floor plan: beside what they name, apart from each other and inside the drawing.
+//! The places of names on a floor plan: next to their objects, apart from each other and inside the drawing.
 
-/// The width of a letter and the height of a line, as shares of the size of letters.
+/// The width of a letter and the height of a line, as shares of the font size.
 const LETTER: f64 = 0.6;
 const LINE: f64 = 1.15;
 
 /// A box of the drawing: left, top, right, bottom.
 pub(crate) type Area = [f64; 4];
 
-/// The names so far, and what they must not cover.
+/// The placed names, and boxes that they must not cover.
 #[derive(Debug)]
 pub(crate) struct PlacedLabels {
     within: Area,
@@ -20,13 +20,12 @@ impl PlacedLabels {
         PlacedLabels { within, taken: Vec::new() }
     }
 
-    /// Keeps names from covering something.
+    /// Reserves a box.
     pub(crate) fn take(&mut self, area: Area) {
         self.taken.push(area);
     }
 
-    /// Where the middle of a name stands that belongs to an area: in it, else around it; `None` where there is no
-    /// room.
+    /// The middle of a name for an area: in it, else around it; `None` if there is no room.
     pub(crate) fn place(
         &mut self,
         name: &str,
@@ -54,7 +53,7 @@ impl PlacedLabels {
         self.place_at(name, size, around)
     }
 
-    /// The first of some places at which the middle of a name has room.
+    /// The first of some places with room for the middle of a name.
     pub(crate) fn place_at(
         &mut self,
         name: &str,

@@ -1,4 +1,4 @@
-//! What the signs of a floor plan mean, and a plan as a file of its own, with its style and its legend.
+//! The legend of a floor plan, and a plan as a file of its own, with its style and its legend.
 
 use std::fmt::Display;
 
@@ -8,7 +8,7 @@ use crate::render::svg::{Svg, tenth};
 /// The style of all plans of a page.
 pub const STYLE: &str = include_str!("plan.css");
 
-/// The patterns of all plans of a page, in a drawing that takes no room.
+/// The patterns of all plans of a page, in a drawing without size.
 pub const PATTERNS: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plan\" width=\"0\" height=\"0\" \
     aria-hidden=\"true\"><defs>\
     <pattern id=\"p-blind\" width=\"8\" height=\"8\" patternUnits=\"userSpaceOnUse\">\
@@ -19,14 +19,14 @@ pub const PATTERNS: &str = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"pl
     <circle class=\"speck\" cx=\"2.5\" cy=\"2.5\" r=\"1.3\"/><circle class=\"speck\" cx=\"7.5\" cy=\"7.5\" r=\"1.3\"/>\
     </pattern></defs></svg>\n";
 
-/// Size of letters, height of a line, and room at the sides.
+/// Font size, line height, and margin.
 const LETTERS: f64 = 14.0;
 const LINE: f64 = 21.0;
 const EDGE: f64 = 14.0;
-/// The width of a swatch with the gap behind it.
+/// The width of a swatch with the gap after it.
 const SWATCH: f64 = 30.0;
 
-/// What stands for a class in a legend, in a box of 24 by 16.
+/// The sign of a class in a legend, in a box of 24 by 16.
 pub fn swatch(class: &str) -> String {
     let mut svg = Svg::default();
     match class {
@@ -38,12 +38,12 @@ pub fn swatch(class: &str) -> String {
 }
 
 impl FloorPlan {
-    /// As a part of a page that has [`STYLE`] and [`PATTERNS`].
+    /// A part of a page with [`STYLE`] and [`PATTERNS`].
     pub fn inline(&self) -> String {
         self.drawing.clone().finish("plan", &self.title, self.paper.view())
     }
 
-    /// As a file, with its title and its legend.
+    /// A file with its title and its legend.
     pub fn alone(&self) -> String {
         let [left, top, width, height] = self.paper.view();
         let mut svg = Svg::default();

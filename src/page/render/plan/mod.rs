@@ -1,8 +1,8 @@
-//! The floor plan of a scene, seen from above, as SVG: walls and furniture with names, the robot and how far it reaches,
-//! people, entries, regions, what the sensors of a choice look at, and the floor that they do not watch.
+//! The floor plan of a scene, seen from above, as SVG: walls and furniture with names, the robot and its reach, people,
+//! entries, regions, the fields of view of a choice's sensors, and the unwatched floor.
 //!
-//! Colours are those of roles in pictures, as variables that follow a dark scheme. A plan stands alone as a file, or
-//! in a page, where several share their style and their patterns.
+//! Colours are those of roles in pictures, as variables that follow a dark scheme. A plan is a file of its own, or a
+//! part of a page, where several share their style and their patterns.
 
 mod field;
 mod ground;
@@ -40,21 +40,21 @@ use perirobot_study::world::{World, ray_table};
 /// A floor plan.
 #[derive(Clone, Debug)]
 pub struct FloorPlan {
-    /// What is drawn in it: the class of what stands for it, and what that means.
+    /// The signs used, with their meaning.
     pub legend: Vec<(&'static str, String)>,
-    /// The letter of each sensor of the choice, and its name; no letter where it is nowhere by itself.
+    /// The letter of each sensor of the choice, and its name; no letter without a pose.
     pub sensors: Vec<(Option<String>, String)>,
-    /// How much floor there is, how much of it is not watched at all, and how much hardly, in square metres.
+    /// The area of the floor, of its unwatched part and of its hardly watched part, in square metres.
     pub floor_m2: [f64; 3],
     title: String,
     drawing: Svg,
     paper: Paper,
 }
 
-/// What a plan is drawn of.
+/// The inputs of a plan.
 struct Drawing<'a> {
     study: &'a Study,
-    /// The snapshots of the scene, and the one that is drawn.
+    /// The snapshots of the scene, and the drawn one.
     worlds: &'a [World],
     world: &'a World,
     truth: Arc<Truth>,
@@ -64,7 +64,7 @@ struct Drawing<'a> {
     svg: Svg,
     labels: PlacedLabels,
     legend: Vec<(&'static str, String)>,
-    /// What each sensor sees or guards, as words and the corners of the area in the drawing.
+    /// The seen or guarded area of each sensor, as words and the corners in the drawing.
     watched: Vec<(String, Vec<[f64; 2]>)>,
     /// The one region to outline; `None` for all.
     region: Option<usize>,
@@ -140,7 +140,7 @@ const ORDER: [&str; 12] = [
     "entry",
 ];
 
-/// What must be on the paper: the grid, and the ground that sensors guard.
+/// The extent of the paper: the grid, and the ground that sensors guard.
 fn extent(study: &Study, world: &World, choice: Option<Choice>) -> [DVec2; 2] {
     let grid = &world.grid;
     let mut corners = [[0; 3], grid.window().end()].map(|voxel| grid.corner_m(voxel)).to_vec();
@@ -161,7 +161,7 @@ fn grounds(study: &Study, sensor: usize, pose: &Pose) -> Vec<Vec<DVec3>> {
     prisms.chain([kind.guarded_m(pose)]).filter(|ground| !ground.is_empty()).collect()
 }
 
-/// The sensors of a choice with their candidates, as they are named.
+/// The sensors of a choice with their candidates, in the order of the letters.
 fn members(study: &Study, choice: Choice) -> Vec<(usize, usize)> {
     let combination = &study.combinations[choice.combination];
     let candidates = combination.choice(choice.choice);
@@ -191,7 +191,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// A path that tells its name under the mouse.
+    /// A path with a tooltip.
     fn named_path(&mut self, class: &str, path: &str, name: &str) {
         if !path.is_empty() {
             self.svg.add_titled("path", &[("class", &class), ("d", &path)], name);
@@ -208,7 +208,7 @@ impl Drawing<'_> {
         self.truth.objects.iter().filter(|object| object.role == role).cloned().collect()
     }
 
-    /// What is lower than a person, and no wall.
+    /// Objects lower than a person, except walls.
     fn furniture(&mut self) {
         for object in self.objects(Role::Environment) {
             let mut flat = self.storey.footprint(&object.voxels);
@@ -218,7 +218,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// What is cut at the height of a breast: walls, and all that is as high, with their insides.
+    /// Objects at breast height: walls and everything as high, with their insides.
     fn walls(&mut self) {
         let path = self.storey.outline(&self.storey.voids, &self.paper);
         self.path("void", &path);
@@ -229,7 +229,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// The floor that the sensors do not watch, nobody being there.
+    /// The unwatched floor of the empty cell.
     fn watched_floor(&mut self, choice: Choice) -> [f64; 3] {
         let truth = Arc::new(self.world.truth_without_people());
         let watchers = Watchers::new(self.study, choice);
@@ -253,7 +253,7 @@ impl Drawing<'_> {
         [floor.columns, floor.blind.count(), floor.hardly.count()].map(|n| self.storey.area_m2(n))
     }
 
-    /// What the sensors look at, or the ground that they feel.
+    /// The fields of view, or the ground that sensors feel.
     fn fields(&mut self, choice: Choice) -> Vec<(Option<String>, String)> {
         let mut named = Vec::new();
         for (number, (sensor, candidate)) in members(self.study, choice).into_iter().enumerate() {
@@ -298,14 +298,14 @@ impl Drawing<'_> {
         named
     }
 
-    /// What a sensor sees or guards, to be named.
+    /// The area of a sensor, to be named.
     fn area(&mut self, class: &str, corners: &[DVec2], words: String) {
         let ring = self.paper.ring(corners);
         self.path(class, &ring);
         self.watched.push((words, corners.iter().map(|&corner| self.paper.project(corner)).collect()));
     }
 
-    /// The outlines of what is counted, at any height.
+    /// The outlines of the regions, at any height.
     fn regions(&mut self) {
         for region in self.outlined_regions() {
             let path = self.storey.outline(&self.storey.shadow(&region.voxels), &self.paper);
@@ -314,23 +314,23 @@ impl Drawing<'_> {
         }
     }
 
-    /// Robots and people, also where they are at other snapshots, and how far robots reach.
+    /// Robots and people, also at other snapshots, and the reach of robots.
     fn robots_and_people(&mut self) {
         let roles = [
             (Role::Robot, "robot", "robot other", "robot", "robot at other moments"),
             (Role::Human, "person", "person other", "person", "person at other moments"),
         ];
         for (role, class, other, name, at_others) in roles {
-            let of = |truth: &Truth| {
+            let areas = |truth: &Truth| {
                 let own = truth.objects.iter().filter(|object| object.role == role);
                 let mut all = BitGrid::new(self.world.grid.window());
                 own.for_each(|object| all.add(&object.voxels));
                 self.storey.shadow(&all)
             };
-            let here = of(&self.truth);
+            let here = areas(&self.truth);
             let mut elsewhere = BitGrid::new(here.window());
             let others = self.worlds.iter().filter(|world| world.snapshot != self.world.snapshot);
-            others.for_each(|world| elsewhere.add(&of(&world.truth())));
+            others.for_each(|world| elsewhere.add(&areas(&world.truth())));
             elsewhere.remove(&here);
             let path = self.storey.outline(&elsewhere, &self.paper);
             self.path(other, &path);
@@ -350,10 +350,10 @@ impl Drawing<'_> {
         }
     }
 
-    /// A circle of which that is drawn which lies in the cell.
+    /// The part of a circle inside the cell.
     fn clipped_circle(&mut self, x: f64, y: f64, r: f64) {
         let [left, top, right, bottom] = self.paper.edges();
-        // Points of the circle, in runs that lie inside.
+        // Points of the circle, in runs inside the cell.
         let mut path = String::new();
         let mut is_down = false;
         for step in 0..=180 {
@@ -368,7 +368,7 @@ impl Drawing<'_> {
         self.path("reach", &path);
     }
 
-    /// Where bodies come in, as the study says.
+    /// The entries of bodies.
     fn entries(&mut self) {
         for entry in &self.study.approach.entries {
             let EntryPlace::Box { min_m, max_m } = entry.place else { continue };

@@ -1,5 +1,5 @@
-//! The letters of sensors and the names in a floor plan: of furniture, robots, people, entries, walls and regions, and of
-//! what each sensor sees or guards. None covers another.
+//! The letters of sensors and the names in a floor plan: of furniture, robots, people, entries, walls and regions, and
+//! of the areas of sensors. Names do not overlap.
 
 use std::fmt::Display;
 
@@ -16,22 +16,22 @@ use perirobot_study::input::EntryPlace;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, names_of_walls, room_m};
 
-/// Names are placed as if their letters were as large as on a phone.
+/// Font size for the layout, as large as on a phone.
 const LETTERS: f64 = 23.0;
-/// Half the height of a small letter, from its foot to where its middle shall be.
+/// Half the height of a lower-case letter.
 const HALF: f64 = 5.0;
 /// The circle with a sensor's letter.
 const BADGE: f64 = 12.0;
-/// How long the line is that shows where a sensor looks.
+/// The length of the line in a sensor's direction of view.
 const LOOK: f64 = 26.0;
-/// From the cell to the middle of the name of a wall: beside it and above it, and below it under the numbers of the axis.
+/// From the cell to the middle of the name of a wall: at its side, and below it under the numbers of the axis.
 const BESIDE_WALL: f64 = 16.0;
 const BELOW_WALL: f64 = 34.0;
-/// Places across an area at which its name may stand.
+/// Tried places for a name across an area.
 const PLACES: usize = 16;
 
 impl Drawing<'_> {
-    /// The letters of the sensors, with a line towards where they look.
+    /// The letters of the sensors, with a line in their direction of view.
     pub(super) fn badges(&mut self, choice: Choice, sensors: &[(Option<String>, String)]) {
         let mut taken: Vec<[f64; 2]> = Vec::new();
         for ((sensor, candidate), (letter, name)) in members(self.study, choice).into_iter().zip(sensors) {
@@ -51,7 +51,7 @@ impl Drawing<'_> {
             while taken.iter().any(|other| is_near(other, &at)) {
                 at[0] = tenth(at[0] + 2.0 * BADGE + 2.0);
             }
-            // The last of a row at the right edge goes to the left.
+            // The last of a row at the right edge moves to the left.
             at[0] = at[0].min(self.paper.view()[2] - BADGE - 1.0);
             taken.push(at);
             let [x, y] = at;
@@ -67,7 +67,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// The names of furniture, robots, people and entries, as far as there is room.
+    /// The names of furniture, robots, people and entries, if there is room.
     pub(super) fn names(&mut self) {
         let class = |role: Role| match role {
             Role::Robot => "of-robot",
@@ -107,7 +107,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// What each sensor sees or guards, told where fewest others do.
+    /// The names of the sensors' areas, at the places with the fewest other areas.
     pub(super) fn names_of_watched(&mut self) {
         let watched = std::mem::take(&mut self.watched);
         let [left, top, right, bottom] = self.paper.edges();
@@ -158,7 +158,7 @@ impl Drawing<'_> {
         [left, top, right, bottom]
     }
 
-    /// Writes a name at the first of some places where it has room.
+    /// Writes a name at the first place with room.
     fn name_at(&mut self, class: &str, name: &str, places: impl IntoIterator<Item = [f64; 2]>) {
         if let Some(at) = self.labels.place_at(name, LETTERS, places) {
             self.word(class, name, at);
@@ -174,7 +174,7 @@ impl Drawing<'_> {
     }
 }
 
-/// Something that has a name in a picture from above, and the box of its largest part.
+/// A named object in a picture from above, and the box of its largest part.
 pub(crate) struct Thing {
     role: Role,
     pub(crate) name: String,
@@ -182,7 +182,7 @@ pub(crate) struct Thing {
     pub(crate) high_m: DVec3,
 }
 
-/// Robots, people and furniture of a cell, in the order in which they are named.
+/// Robots, people and furniture of a cell, in the order of their labels.
 pub(crate) fn named_things(world: &World) -> Vec<Thing> {
     let truth = world.truth();
     let room_m = room_m(&truth);
@@ -213,8 +213,8 @@ fn things(truth: &Truth, storey: &Storey, room_m: [DVec3; 2]) -> Vec<Thing> {
     things
 }
 
-/// The name of an object without the file that it is from, and without the sign for any ending: `plant/Fence*` is Fence. A
-/// number alone is no name: `bent/0` stays.
+/// The name of an object without its file and the wildcard: `plant/Fence*` becomes Fence. A number alone is not a name:
+/// `bent/0` stays.
 pub fn short_name(name: &str) -> &str {
     let own = name.rsplit('/').find(|part| !part.is_empty()).unwrap_or(name).trim_end_matches('*');
     if own.contains(char::is_alphabetic) { own } else { name }

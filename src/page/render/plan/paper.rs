@@ -1,14 +1,14 @@
-//! Where a place of the world comes to lie on a floor plan, with x to the right and y up; and the axes around it.
+//! Maps world coordinates to a floor plan, with x to the right and y up; draws the axes around it.
 
 use glam::{DVec2, DVec3};
 
 use crate::render::scale::{marks, ruler, step};
 use crate::render::svg::{Svg, tenth};
 
-/// The most that the cell takes of the paper, across and up.
+/// Largest width and height of the cell on the paper.
 const MOST: [f64; 2] = [660.0, 520.0];
-/// Room around the cell: at the left and below for axes and the names of walls, at the right and above for these names,
-/// and for what sticks out of the cell.
+/// Margins around the cell: at the left and below for axes and the names of walls, at the right and above for these
+/// names, and for parts outside the cell.
 const LEFT: f64 = 66.0;
 const BELOW: f64 = 66.0;
 const BESIDE: f64 = 31.0;
@@ -16,24 +16,24 @@ const ABOVE: f64 = 31.0;
 /// Letters of axes.
 const SMALL: f64 = 13.0;
 
-/// A sheet on which a cell is drawn.
+/// A sheet with the drawing of a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Paper {
     low: DVec2,
     high: DVec2,
-    /// Units of the drawing to a metre.
+    /// Units of the drawing per metre.
     pub(super) scale: f64,
 }
 
 impl Paper {
-    /// For a part of the floor.
+    /// The sheet for a part of the floor.
     pub(super) fn new([low, high]: [DVec2; 2]) -> Paper {
         let high = high.max(low + DVec2::splat(1e-3));
         let size = high - low;
         Paper { low, high, scale: (MOST[0] / size.x).min(MOST[1] / size.y) }
     }
 
-    /// Where a place lies.
+    /// The place of a point.
     pub(super) fn project(&self, metres: DVec2) -> [f64; 2] {
         let Paper { low, high, scale } = self;
         [tenth(LEFT + (metres.x - low.x) * scale), tenth(ABOVE + (high.y - metres.y) * scale)]
@@ -53,7 +53,7 @@ impl Paper {
         [left, top, right, bottom]
     }
 
-    /// The box of the drawing: all that may be drawn in.
+    /// The box of the drawing.
     pub(super) fn view(&self) -> [f64; 4] {
         let [_, _, right, bottom] = self.edges();
         [0.0, 0.0, tenth(right + BESIDE), tenth(bottom + BELOW)]
@@ -68,7 +68,7 @@ impl Paper {
         format!("M{}Z", points.collect::<Vec<_>>().join("L"))
     }
 
-    /// Axes with their metres, how long a metre is, and which way y goes.
+    /// Axes in metres, the scale bar, and the direction of y.
     pub(super) fn draw_axes(&self, svg: &mut Svg) {
         let [left, top, right, bottom] = self.edges();
         let step = step(((self.high - self.low).max_element() / 8.0).max(45.0 / self.scale));
@@ -89,7 +89,7 @@ impl Paper {
         }
         let frame = format!("M{left} {top}V{bottom}H{right}");
         svg.element("path", &[("class", &"tick"), ("d", &frame)]);
-        // The arrow of y, and a metre at the right end of x.
+        // The arrow of y, and the scale bar at the right end of x.
         let arrow = format!("M14 {}V{top}m-4 9l4 -9l4 9", tenth(top + 36.0));
         svg.element("path", &[("class", &"ruler"), ("d", &arrow)]);
         svg.words(&[("class", &"axis"), ("x", &14), ("y", &(top + 50.0)), ("text-anchor", &"middle")], "y");
@@ -103,7 +103,7 @@ impl Paper {
         svg.words(&[("class", &"axis"), ("x", &left), ("y", &(y + 4.0))], "x and y in metres");
     }
 
-    /// From the cell to the middle of the room at the left of the numbers of an axis.
+    /// From the cell to the left of the numbers of an axis.
     pub(super) fn number_margin(&self) -> f64 {
         LEFT - SMALL - 3.0
     }

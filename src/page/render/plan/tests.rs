@@ -1,5 +1,5 @@
-//! Plans of all studies that ship: well formed, all names in them, nothing outside of the drawing; and floor that is
-//! worked by hand.
+//! Plans of all shipped studies: well-formed, with all names, and nothing outside the drawing; and floor areas worked
+//! out by hand.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ fn first_of(combination: usize) -> Choice {
     Choice { combination, choice: 0, representation: 0, repeat: 0 }
 }
 
-/// The places that a path comes through.
+/// The vertices of a path.
 fn places(path: &str) -> Vec<[f64; 2]> {
     let (mut at, mut begin, mut all) = ([0.0; 2], [0.0; 2], Vec::new());
     let commands = path.split_inclusive(|c: char| c.is_alphabetic()).collect::<Vec<_>>();
@@ -62,7 +62,7 @@ fn number(node: &Node, name: &str) -> f64 {
     node.attribute(name).unwrap_or_else(|| panic!("no {name}")).parse().unwrap()
 }
 
-/// Where words stand.
+/// The place of a text.
 #[track_caller]
 fn place_of(node: &Node) -> [f64; 2] {
     match node.attribute("transform") {
@@ -75,7 +75,7 @@ fn place_of(node: &Node) -> [f64; 2] {
     }
 }
 
-/// Checks the drawing of a plan, and gives the words and the classes in it.
+/// Checks the drawing of a plan, and returns its words and classes.
 #[track_caller]
 fn check(what: &str, svg: &str) -> (Vec<String>, Vec<String>) {
     let document = Document::parse(svg).unwrap_or_else(|e| panic!("{what}: {e}"));
@@ -125,7 +125,7 @@ fn every_study_that_ships_has_its_plans() {
         let study = coarse(file);
         let worlds = World::prepare_all(&study).unwrap();
         for of_scene in worlds.chunk_by(|a, b| a.scene == b.scene) {
-            // The combination of the most sensors has the most to draw.
+            // The combination of the most sensors draws the most.
             let most =
                 (0..study.combinations.len()).max_by_key(|&c| study.combinations[c].members.len()).unwrap();
             let plan = floor_plan(&study, of_scene, of_scene.len() - 1, Some(first_of(most)));
@@ -162,7 +162,7 @@ fn every_study_that_ships_has_its_plans() {
     }
 }
 
-/// The words of a class in a plan, with where their middles are.
+/// The texts of a class in a plan, with their middles.
 fn words_of(plan: &FloorPlan, wanted: &str) -> Vec<(String, [f64; 2])> {
     let svg = plan.inline();
     let document = Document::parse(&svg).unwrap();
@@ -194,9 +194,9 @@ fn what_a_sensor_sees_and_what_it_guards_are_told_apart() {
     let worlds = World::prepare_all(&study).unwrap();
     let both = study.combinations.iter().position(|one| one.members.len() == 2).unwrap();
     let plan = floor_plan(&study, &worlds, 0, Some(first_of(both)));
-    let mut said: Vec<String> = words_of(&plan, "of-field").into_iter().map(|(words, _)| words).collect();
-    said.sort();
-    assert_eq!(said, ["guarded by B", "plane of B", "view of A"]);
+    let mut labels: Vec<String> = words_of(&plan, "of-field").into_iter().map(|(words, _)| words).collect();
+    labels.sort();
+    assert_eq!(labels, ["guarded by B", "plane of B", "view of A"]);
     let (_, classes) = check("tutorial", &plan.inline());
     for class in ["field", "plane", "pad"] {
         assert_eq!(classes.iter().filter(|known| *known == class).count(), 1, "{class}");
@@ -236,7 +236,7 @@ fn blind_floor_is_what_no_ray_comes_over() {
     let worlds = World::prepare_all(&study).unwrap();
     let truth = Arc::new(worlds[0].truth_without_people());
     let [one, both] = [0, 1].map(|combination| floor_plan(&study, &worlds, 0, Some(first_of(combination))));
-    // Column by column, by hand: 4 m by 3 m of floor, and the robot and the shelf stand on it.
+    // Column by column, by hand: 4 m by 3 m of floor, with the robot and the shelf on it.
     let watch = Watchers::new(&study, first_of(0)).watch(&worlds[0], truth.clone());
     let mut blind = 0;
     for (x, y) in (0..40).flat_map(|x| (0..30).map(move |y| (x, y))) {

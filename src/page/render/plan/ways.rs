@@ -1,4 +1,4 @@
-//! Ways of bodies that nobody notices on a floor plan, and the bodies at their ends.
+//! Unnoticed ways of bodies on a floor plan, and the bodies at their ends.
 
 use std::fmt::Display;
 
@@ -6,14 +6,14 @@ use super::FloorPlan;
 use super::paper::Paper;
 use perirobot_decide::approach::Way;
 
-/// A line of the world from point to point, as a path.
+/// A polyline of the world, as a path.
 fn path(paper: &Paper, points: &[glam::DVec3]) -> String {
     let at = points.iter().map(|&point| paper.project_down(point)).map(|[x, y]| format!("{x} {y}"));
     format!("M{}", at.collect::<Vec<_>>().join("L"))
 }
 
 impl FloorPlan {
-    /// The same with ways drawn over it.
+    /// The same plan with ways drawn over it.
     pub fn with_ways(mut self, ways: &[Way]) -> FloorPlan {
         for way in ways {
             let lines = way.outline_m.iter().map(|line| path(&self.paper, line)).collect::<String>();

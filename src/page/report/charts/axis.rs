@@ -1,32 +1,32 @@
-//! Axes: from scores to places on the paper, with round numbers beside them.
+//! Axes: from scores to places on the paper, with round numbers.
 
 use super::sheet::Sheet;
 use crate::render::scale::{marks, step};
 use crate::render::svg::tenth;
 
-/// What scores lie between, and 0.
+/// The range of scores, including 0.
 pub(crate) fn span(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let [low, high] = extremes(values)?;
-    Some(apart([low.min(0.0), high.max(0.0)]))
+    Some(separate([low.min(0.0), high.max(0.0)]))
 }
 
 /// The least and the largest score.
 pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
-    (ends[0] <= ends[1]).then(|| apart(ends))
+    (ends[0] <= ends[1]).then(|| separate(ends))
 }
 
-/// Ends that are not one.
-fn apart([low, high]: [f64; 2]) -> [f64; 2] {
+/// Separates equal ends.
+fn separate([low, high]: [f64; 2]) -> [f64; 2] {
     [low, high.max(low + 0.001)]
 }
 
-/// A straight scale.
+/// A linear scale.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AxisScale {
     /// The lowest and the highest number.
     pub(crate) ends: [f64; 2],
-    /// Where they lie on the paper.
+    /// Their places on the paper.
     pub(crate) places: [f64; 2],
     /// Whether only whole numbers are marked.
     is_whole: bool,
@@ -35,33 +35,33 @@ pub(crate) struct AxisScale {
 }
 
 impl AxisScale {
-    /// From numbers to places on the paper.
+    /// The scale from numbers to places on the paper.
     pub(crate) fn new(ends: [f64; 2], places: [f64; 2]) -> AxisScale {
         AxisScale { ends, places, is_whole: false, is_percent: false }
     }
 
-    /// Of what is counted, as snapshots are.
+    /// The scale of a counted quantity, such as snapshots.
     pub(crate) fn from_whole_numbers(ends: [f64; 2], places: [f64; 2]) -> AxisScale {
         AxisScale { is_whole: true, ..AxisScale::new(ends, places) }
     }
 
-    /// The same with its numbers written as percent, or not.
+    /// The same with or without percent.
     pub(crate) fn in_percent(self, is_percent: bool) -> AxisScale {
         AxisScale { is_percent, ..self }
     }
 
-    /// Where a number lies.
+    /// The place of a number.
     pub(crate) fn position(&self, value: f64) -> f64 {
         let ([low, high], [from, to]) = (self.ends, self.places);
         tenth(from + (value - low) / (high - low) * (to - from))
     }
 
-    /// Whether a number lies on it.
+    /// Whether a number is in its range.
     pub(crate) fn holds(&self, value: f64) -> bool {
         (self.ends[0]..=self.ends[1]).contains(&value)
     }
 
-    /// Round numbers on it, at least so far from each other on the paper.
+    /// Round numbers on it, with a least distance on the paper.
     pub(crate) fn marks(&self, apart: f64) -> impl Iterator<Item = (f64, String)> {
         let [low, high] = self.ends;
         let least = (high - low) * apart / (self.places[1] - self.places[0]).abs();
@@ -72,7 +72,7 @@ impl AxisScale {
         all.map(move |(value, text)| (value / unit, format!("{text}{end}")))
     }
 
-    /// Draws it at the left of a plot, with lines through it to the right, and its numbers.
+    /// Draws it at the left of a plot, with grid lines to the right, and its numbers.
     pub(crate) fn draw_beside(&self, sheet: &mut Sheet, [left, right]: [f64; 2]) {
         let mut mesh = String::new();
         for (value, text) in self.marks(34.0) {
@@ -83,8 +83,8 @@ impl AxisScale {
         sheet.path("mesh", &mesh);
     }
 
-    /// Draws it below a plot that begins at a height, with lines up through it, its numbers and its name; the sheet ends
-    /// at the plot's lower edge.
+    /// Draws it below a plot that begins at a height, with grid lines, its numbers and its name; the sheet ends at the
+    /// plot's lower edge.
     pub(crate) fn draw_below(&self, sheet: &mut Sheet, top: f64, name: &str) {
         let (bottom, [from, to]) = (sheet.y, self.places.map(tenth));
         let mut mesh = String::new();

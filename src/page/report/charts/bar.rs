@@ -1,4 +1,4 @@
-//! A bar of a score, with its number behind it.
+//! A bar of a score, with its number after it.
 
 use super::axis::AxisScale;
 use super::sheet::Sheet;
@@ -7,13 +7,13 @@ use super::sheet::Sheet;
 pub(crate) struct ScoreBar<'a> {
     pub(crate) class: &'a str,
     pub(crate) fill: &'a str,
-    /// Its upper edge, and how high it is.
+    /// Its upper edge, and its height.
     pub(crate) y: f64,
     pub(crate) height: f64,
     pub(crate) value: Option<f64>,
-    /// What is written behind it, in which class.
+    /// The text after it, with its class.
     pub(crate) words: (&'a str, &'a str),
-    /// What is shown under the mouse.
+    /// The tooltip.
     pub(crate) title: &'a str,
 }
 

@@ -1,4 +1,4 @@
-//! What figures and the page draw alike: the paper, axes, rows of distributions and bars of scores.
+//! Drawing shared by figures and the page: the paper, axes, rows of distributions and bars of scores.
 
 pub(super) mod axis;
 pub(super) mod bar;

@@ -5,7 +5,7 @@ use super::sheet::Sheet;
 use crate::render::svg::tenth;
 use crate::report::quartiles::Distribution;
 
-/// Draws a distribution between two heights in a colour; the box shows the title under the mouse.
+/// Draws a distribution between two heights in a colour; the box has the title as its tooltip.
 pub(crate) fn draw_quartiles(
     sheet: &mut Sheet,
     scale: &AxisScale,
@@ -25,7 +25,7 @@ pub(crate) fn draw_quartiles(
     sheet.path("median", &format!("M{middle} {}V{}", tenth(top), tenth(bottom)));
 }
 
-/// The numbers of a distribution in words, after whose they are; a function writes each.
+/// The numbers of a distribution in words, after a title; `write` formats each.
 pub(crate) fn describe(title: &str, found: &Distribution, write: impl Fn(f64) -> String) -> String {
     let Distribution { min, lower_quartile, median, upper_quartile, max, values } = *found;
     let [min, lower, median, upper, max] = [min, lower_quartile, median, upper_quartile, max].map(write);

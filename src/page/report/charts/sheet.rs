@@ -1,21 +1,21 @@
-//! The paper of a drawing, which is filled from above downwards.
+//! The paper of a drawing, filled from top to bottom.
 
 use std::fmt::Display;
 
 use crate::render::svg::{Svg, tenth};
 
-/// About how wide a letter of 12 units is; fonts differ, so rather more.
+/// Approximate width of a letter of 12 units; a little more, since fonts differ.
 const LETTER: f64 = 6.7;
 
-/// Small letters, as a part of these.
+/// Size of small letters relative to these.
 pub(crate) const SMALL: f64 = 0.92;
 
-/// About how wide words are.
+/// Approximate width of words.
 pub(crate) fn width_of(words: &str) -> f64 {
     words.chars().count() as f64 * LETTER
 }
 
-/// Words as they fit into a width, cut where they are longer.
+/// Words cut to a width.
 pub(crate) fn cut(words: &str, width: f64) -> String {
     match width_of(words) <= width {
         true => words.into(),
@@ -26,26 +26,26 @@ pub(crate) fn cut(words: &str, width: f64) -> String {
     }
 }
 
-/// A drawing on its way.
+/// An unfinished drawing.
 pub(crate) struct Sheet {
     label: String,
     svg: Svg,
-    /// Where the next thing begins.
+    /// The place of the next element.
     pub(crate) y: f64,
 }
 
 impl Sheet {
-    /// Empty, with what it shows in words.
+    /// An empty drawing, with its description in words.
     pub(crate) fn new(label: &str) -> Sheet {
         Sheet { label: label.into(), svg: Svg::default(), y: 0.0 }
     }
 
-    /// Adds words; the class says where they are anchored.
+    /// Adds words; the class sets their anchor.
     pub(crate) fn words(&mut self, class: &str, [x, y]: [f64; 2], words: &str) {
         self.svg.words(&[("class", &class), ("x", &tenth(x)), ("y", &tenth(y))], words);
     }
 
-    /// Adds words that are turned to be read from below upwards.
+    /// Adds words that read from bottom to top.
     pub(crate) fn add_turned(&mut self, class: &str, [x, y]: [f64; 2], words: &str) {
         let [x, y] = [tenth(x), tenth(y)];
         let turn = format!("rotate(-90 {x} {y})");
@@ -57,21 +57,21 @@ impl Sheet {
         self.svg.element("path", &[("class", &class), ("d", &path)]);
     }
 
-    /// Adds a line of a colour, broken by a pattern of dashes.
+    /// Adds a line of a colour, with dashes and a tooltip.
     pub(crate) fn curve(&mut self, colour: &str, dashes: &str, path: &str, title: &str) {
         let line: [(&str, &dyn Display); 4] =
             [("class", &"curve"), ("d", &path), ("stroke", &colour), ("stroke-dasharray", &dashes)];
         self.svg.add_titled("path", &line, title);
     }
 
-    /// Adds a line of a colour and a pattern of dashes, of which nothing more is told.
+    /// Adds a line of a colour, with dashes, without a tooltip.
     pub(crate) fn line(&mut self, class: &str, (colour, dashes): (&str, &str), path: &str) {
         let line: [(&str, &dyn Display); 4] =
             [("class", &class), ("d", &path), ("stroke", &colour), ("stroke-dasharray", &dashes)];
         self.svg.element("path", &line);
     }
 
-    /// Adds a point of a colour that tells something under the mouse.
+    /// Adds a point of a colour, with a tooltip.
     pub(crate) fn point(&mut self, class: &str, [x, y]: [f64; 2], colour: &str, title: &str) {
         let [x, y] = [tenth(x), tenth(y)];
         let point: [(&str, &dyn Display); 6] =
@@ -79,19 +79,19 @@ impl Sheet {
         self.svg.add_titled("circle", &point, title);
     }
 
-    /// Adds a line or an outline that tells something under the mouse; its class says how it looks.
+    /// Adds a line or an outline with a tooltip; its class sets the style.
     pub(crate) fn mark(&mut self, class: &str, path: &str, title: &str) {
         self.svg.add_titled("path", &[("class", &class), ("d", &path)], title);
     }
 
-    /// Adds a rectangle (left, upper edge, width, height), filled as its class says.
+    /// Adds a rectangle (left, upper edge, width, height), filled by its class.
     pub(crate) fn rectangle(&mut self, class: &str, [x, y, width, height]: [f64; 4]) {
         let path =
             format!("M{} {}h{}v{}h{}Z", tenth(x), tenth(y), tenth(width), tenth(height), tenth(-width));
         self.path(class, &path);
     }
 
-    /// Adds a rectangle of a colour that tells something under the mouse.
+    /// Adds a rectangle of a colour, with a tooltip.
     pub(crate) fn add_filled(
         &mut self,
         class: &str,
@@ -109,7 +109,7 @@ impl Sheet {
         }
     }
 
-    /// Adds a ring that is seen on any colour.
+    /// Adds a ring that is visible on any colour.
     pub(crate) fn ring(&mut self, [x, y]: [f64; 2], radius: f64) {
         let [x, y, radius] = [x, y, radius].map(tenth);
         for class in ["halo", "thing"] {
@@ -117,12 +117,12 @@ impl Sheet {
         }
     }
 
-    /// Adds elements as they are.
+    /// Adds elements unchanged.
     pub(crate) fn add(&mut self, elements: &str) {
         self.svg.add(elements);
     }
 
-    /// The drawing as it is embedded or written, of a width and as high as it is filled.
+    /// The finished drawing, with a width and the filled height.
     pub(crate) fn finish(self, class: &str, width: f64) -> String {
         let height = tenth(self.y);
         self.svg.finish(class, &self.label, [0.0, 0.0, width, height])

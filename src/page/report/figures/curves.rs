@@ -16,13 +16,13 @@ use perirobot_sweep::results::{Over, Results};
 /// Most curves in a plot.
 const MOST: usize = 6;
 
-/// Dashes of curves, so that they can be told apart without colours.
+/// Dashes of curves, to distinguish them without colours.
 const DASHES: [&str; MOST] = ["none", "8 4", "2 3", "12 4 2 4", "5 2", "1 5"];
 
 /// The height of a plot.
 const HEIGHT: f64 = 250.0;
 
-/// A choice whose scores are drawn.
+/// A choice with a drawn curve.
 struct ScoreCurve {
     series: Series,
     choice: usize,
@@ -59,8 +59,8 @@ pub(super) fn draw(
         let mut values: Vec<Vec<Option<f64>>> = Vec::new();
         for ScoreCurve { series, choice, .. } in &curves {
             let at = |moment| results.summarize(moment..moment + 1, series.key(*choice, region), score);
-            let of: Vec<Option<Over>> = moments.clone().map(at).collect::<Result<_>>()?;
-            values.push(of.into_iter().map(|over| over.map(|over| over.mean)).collect());
+            let scores: Vec<Option<Over>> = moments.clone().map(at).collect::<Result<_>>()?;
+            values.push(scores.into_iter().map(|over| over.map(|over| over.mean)).collect());
         }
         let Some(ends) = span(values.iter().flatten().flatten().copied()) else {
             sheet.words("soft", [left, top + 15.0], "no choice of poses has a value here");
@@ -88,11 +88,11 @@ pub(super) fn draw(
                 results.weighted_mean(moments.clone(), &curve.series.key(curve.choice, region), score)?;
             let weighted =
                 weighted.map_or(String::new(), |mean| format!(", weighted {}", number(Some(mean))));
-            let told = format!("{named}: mean {mean}{weighted}, worst {worst} ({})", curve.rank);
-            sheet.curve(colours::series(n), DASHES[n], &path(values.iter().enumerate().map(at)), &told);
+            let tooltip = format!("{named}: mean {mean}{weighted}, worst {worst} ({})", curve.rank);
+            sheet.curve(colours::series(n), DASHES[n], &path(values.iter().enumerate().map(at)), &tooltip);
             let middle = tenth(y - 4.0);
-            sheet.curve(colours::series(n), DASHES[n], &format!("M{} {middle}h32", tenth(left)), &told);
-            for (line, class) in [(told.as_str(), "soft"), (&combination.place_of(curve.choice), "soft")] {
+            sheet.curve(colours::series(n), DASHES[n], &format!("M{} {middle}h32", tenth(left)), &tooltip);
+            for (line, class) in [(tooltip.as_str(), "soft"), (&combination.place_of(curve.choice), "soft")] {
                 for words in lines(line, (right - left - 40.0) / SMALL) {
                     sheet.words(class, [left + 40.0, y], &words);
                     y += 14.0;
@@ -109,8 +109,8 @@ pub(super) fn draw(
     Ok((caption + ".", finish(sheet)))
 }
 
-/// The curves of a score: of one series its best three by the mean, else the best of each; and the best by the worst
-/// snapshot, where that is another.
+/// The curves of a score: for a single series its best three by the mean, else the best of each; and the best by the
+/// worst snapshot, if different.
 fn curves(
     results: &Results,
     part: &SweepPart,
@@ -147,7 +147,7 @@ fn curves(
     Ok(curves)
 }
 
-/// A line through places, broken where there is none.
+/// A polyline, broken at missing values.
 fn path(places: impl Iterator<Item = Option<(usize, f64, f64)>>) -> String {
     let (mut path, mut last) = (String::new(), None);
     for (step, x, y) in places.flatten() {

@@ -1,4 +1,4 @@
-//! How scores are distributed over the choices of poses: a box for each representation of each combination, over all
+//! Distributions of scores over the choices of poses: a box for each representation of each combination, over all
 //! scenes and in each.
 
 use super::names::{axis_name, columns, score_name};
@@ -12,7 +12,7 @@ use crate::report::quartiles::{Distribution, distribution};
 use perirobot_march::Result;
 use perirobot_sweep::results::Results;
 
-/// The height of a box with the room around it, of a line with the name of scenes, and of the box alone.
+/// The height of a row, of a line with the name of a scene, and of a box.
 const ROW: f64 = 21.0;
 const HEAD: f64 = 22.0;
 const BOX: f64 = 13.0;
@@ -26,7 +26,7 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
         format!("How {scores} in region {name} are distributed over all choices of poses, by representation");
     let notes = format!(
         "A choice of poses counts with {}{}. Box: the middle half of the choices; thick line: the median; thin lines end \
-         at the least and the largest. Dotted line: the best answer that needs no sensor, where it lies on the axis.",
+         at the least and the largest. Dotted line: the best answer that needs no sensor, if it is on the axis.",
         part.whole().is_mean_of(results),
         if part.extents.len() > 1 { ", below it each scene for itself" } else { "" },
     );
@@ -38,11 +38,11 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
     for (&score, &places) in part.scores.iter().zip(&places) {
         let mut found: Vec<Vec<Option<Distribution>>> = Vec::new();
         for extent in &part.extents {
-            let of = part.series.iter().map(|series| {
+            let rows = part.series.iter().map(|series| {
                 let values = series.summarize(results, &extent.moments, region, score)?;
                 Ok(distribution(values.into_iter().flatten().map(|over| over.mean).collect()))
             });
-            found.push(of.collect::<Result<_>>()?);
+            found.push(rows.collect::<Result<_>>()?);
         }
         let Some(ends) = span(found.iter().flatten().flatten().flat_map(|d| [d.min, d.max])) else {
             sheet.words("soft", [places[0], top + HEAD], "no choice of poses has a value here");
@@ -60,8 +60,8 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
             for ((number, found), title) in row.iter().enumerate().zip(&titles) {
                 if let Some(found) = found {
                     let heights = [y + (ROW - BOX) / 2.0, y + (ROW + BOX) / 2.0];
-                    let told = describe(title, found, |value| format!("{value:.3}"));
-                    draw_quartiles(&mut sheet, &scale, heights, found, colours::series(number), &told);
+                    let tooltip = describe(title, found, |value| format!("{value:.3}"));
+                    draw_quartiles(&mut sheet, &scale, heights, found, colours::series(number), &tooltip);
                 }
                 y += ROW;
             }

@@ -1,4 +1,4 @@
-//! Draws a map of places: walls, ceiling and floor, what stands there, and each place in the colour of its score.
+//! Draws a map of places: walls, ceiling and floor, their objects, and each place in the colour of its score.
 
 use glam::DVec2;
 
@@ -8,14 +8,14 @@ use crate::report::charts::sheet::{SMALL, Sheet, width_of};
 use crate::report::colours::ramp_colour;
 use crate::report::unfolded::{Label, Map, PaperSpot};
 
-/// Most that a map is high, and the side of a spot that is in no lattice.
+/// Largest height of a map, and the side of a spot outside a lattice.
 const HIGHEST: f64 = 330.0;
 const SQUARE: f64 = 13.0;
 
-/// Room around a map for the names of walls or its axes.
+/// Margin of a map for the names of walls or its axes.
 const BESIDE: f64 = 20.0;
 
-/// A box on the floor: what it is called, how it is drawn, its lowest and highest corner.
+/// A box on the floor: name, style, lowest and highest corner.
 pub(super) type Outline = (String, &'static str, [DVec2; 2]);
 
 /// The colour of a value between the lowest and the highest.
@@ -23,13 +23,13 @@ pub(super) fn colour(value: f64, [low, high]: [f64; 2]) -> String {
     ramp_colour(((value - low) / (high - low) * 1024.0).round() as u32)
 }
 
-/// Draws a map between two sides, from where the sheet ends. `told` gives a spot's colour, what it tells, and whether it is
-/// the best.
+/// Draws a map between two sides, at the end of the sheet. `describe` returns a spot's colour, tooltip, and whether it
+/// is the best.
 pub(super) fn draw_map(
     sheet: &mut Sheet,
     map: &Map,
     [left, right]: [f64; 2],
-    told: impl Fn(&PaperSpot) -> Option<(String, String, bool)>,
+    describe: impl Fn(&PaperSpot) -> Option<(String, String, bool)>,
     outlines: &[Outline],
 ) {
     let [low, high] = map.ends;
@@ -51,7 +51,7 @@ pub(super) fn draw_map(
         let size = part.size.unwrap_or(DVec2::splat(SQUARE / unit)) * 0.92;
         for spot in &part.spots {
             let around = area([spot.at - size / 2.0, spot.at + size / 2.0]);
-            match told(spot) {
+            match describe(spot) {
                 Some((colour, words, is_best)) => {
                     sheet.add_filled("spot", &colour, around, &words);
                     if is_best {
@@ -119,7 +119,7 @@ fn draw_outlines(
     }
 }
 
-/// Metres below and beside a map of one plane.
+/// Metres below and at the side of a map of one plane.
 fn draw_axes(sheet: &mut Sheet, map: &Map, axes: [usize; 2], [begin, top, unit]: [f64; 3]) {
     let [low, high] = map.ends;
     let [across, up] = axes.map(|axis| ["x", "y", "z"][axis]);
@@ -144,7 +144,7 @@ fn draw_axes(sheet: &mut Sheet, map: &Map, axes: [usize; 2], [begin, top, unit]:
     sheet.y = bottom + 36.0;
 }
 
-/// What the colours mean.
+/// The legend of the colours.
 pub(super) fn colour_bar(sheet: &mut Sheet, ends: [f64; 2], places: [f64; 2], name: &str) {
     let (parts, top) = (64, sheet.y);
     let each = (places[1] - places[0]) / f64::from(parts);

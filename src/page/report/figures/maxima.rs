@@ -13,11 +13,11 @@ use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
-/// The height of the first bar of a combination with its room, and of each other.
+/// The height of the first bar of a combination with its margin, and of each other.
 const FIRST: f64 = 22.0;
 const OTHER: f64 = 14.0;
 
-/// Room for the number behind a bar.
+/// Width of the number after a bar.
 const NUMBER: f64 = 92.0;
 
 /// The caption and the file of the figure of a region.
@@ -67,12 +67,12 @@ pub(super) fn draw(results: &Results, part: &SweepPart, region: usize) -> Result
                 let y = top + row as f64 * each + if n == 0 { 0.0 } else { FIRST + (n - 1) as f64 * OTHER };
                 let part_of = relative(*value, whole.as_ref().and_then(|whole| whole[n]));
                 let part_of = part_of.map_or(String::new(), |part| format!(" ({part:.2})"));
-                let told = format!("{}{part_of}", number(*value));
+                let tooltip = format!("{}{part_of}", number(*value));
                 let (height, class) = if n == 0 { (FIRST - 8.0, "bar") } else { (OTHER - 5.0, "part") };
                 let (fill, words_class) =
                     if n == 0 { (colours::series(0), "over") } else { (colours::PART, "soft over") };
-                let title = format!("{name}, {}: {told}", part.extents[n].name);
-                let words = (told.as_str(), words_class);
+                let title = format!("{name}, {}: {tooltip}", part.extents[n].name);
+                let words = (tooltip.as_str(), words_class);
                 let bar = ScoreBar { class, fill, y: y + 4.0, height, value: *value, words, title: &title };
                 bar.draw(&mut sheet, &scale);
             }
@@ -108,6 +108,6 @@ fn values(
     (region, score): (usize, Score),
 ) -> Result<Vec<Option<f64>>> {
     let found = maxima(results, combination, region, score)?;
-    let of = |scene: usize| found.scenes[scene].map(|maximum| maximum.value);
-    Ok(part.extents.iter().map(|extent| extent.scene.map_or(found.mean, of)).collect())
+    let value = |scene: usize| found.scenes[scene].map(|maximum| maximum.value);
+    Ok(part.extents.iter().map(|extent| extent.scene.map_or(found.mean, value)).collect())
 }

@@ -1,8 +1,8 @@
-//! Figures for print from finished sweeps, of any study: those that the paper shows of its experiments. Each is an SVG
-//! file without scripts, or a picture as `render` draws it; a page lists them with what they show.
+//! Figures for print from finished sweeps, of any study: the kinds in the paper's experiments. Each is an SVG file
+//! without scripts, or a picture by `render`; a page lists them with their contents.
 //!
 //! # Practice
-//! The numbers are those of `summary`: they come from the same functions. A figure's bytes depend on the sweep alone.
+//! The numbers are those of `summary`, from the same functions. A figure's bytes depend only on the sweep.
 
 mod curves;
 mod distributions;
@@ -30,13 +30,13 @@ pub use readme::{FigurePage, PAGE};
 
 /// A finished sweep, its study and its scenes.
 pub struct FiguredSweep {
-    /// What it is called, which is the name of the folder of its figures.
+    /// Its name, which is also the folder of its figures.
     pub name: String,
-    /// What was counted.
+    /// Its results.
     pub results: Results,
-    /// How.
+    /// Its manifest.
     pub manifest: Manifest,
-    /// The study, as it was swept.
+    /// The study of the sweep.
     pub study: Study,
     /// Its scenes at all moments.
     pub worlds: Vec<World>,
@@ -45,20 +45,20 @@ pub struct FiguredSweep {
 /// A kind of figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FigureKind {
-    /// How scores are distributed over the choices of poses.
+    /// Distributions of scores over the choices of poses.
     Distributions,
-    /// Which places have which score.
+    /// Scores of places.
     Placements,
     /// The best score of each combination.
     Maxima,
     /// Scores of the best choices over the moments of a scene.
     Snapshots,
-    /// Scenes, and what the best choices make of them.
+    /// Scenes, and the labels of the best choices.
     Pictures,
 }
 
 impl FigureKind {
-    /// All of them, in the order of the page.
+    /// All kinds, in the order of the page.
     pub const ALL: [FigureKind; 5] = [
         FigureKind::Distributions,
         FigureKind::Placements,
@@ -86,13 +86,13 @@ pub struct Figure {
     pub kind: FigureKind,
     /// The name of its file.
     pub file: String,
-    /// What it shows, in a sentence or two.
+    /// Its contents, in a sentence or two.
     pub caption: String,
     /// The file.
     pub bytes: Vec<u8>,
 }
 
-/// Figures that are not drawn, and why.
+/// Figures that are not drawn, with the reason.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
     /// Their kind.
@@ -106,11 +106,11 @@ pub struct FigurePlan<'a> {
     sweep: &'a FiguredSweep,
     part: SweepPart,
     jobs: Vec<(String, FigureJob)>,
-    /// What will not be drawn.
+    /// The omitted figures.
     pub left_out: Vec<LeftOut>,
 }
 
-/// What one figure shows.
+/// The contents of one figure.
 enum FigureJob {
     Distributions { region: usize },
     Placements { region: usize, placed: PlacedSeries },
@@ -131,14 +131,14 @@ impl FigureJob {
     }
 }
 
-/// Why no scene is drawn by itself.
-const TOO_MANY: &str = "there are more than 12 scenes: name one of them to have it drawn by itself";
+/// The reason against figures of single scenes.
+const TOO_MANY: &str = "there are more than 12 scenes: name one of them to draw it";
 
 impl<'a> FigurePlan<'a> {
-    /// What is to be drawn of a sweep.
+    /// The figures of a sweep.
     ///
     /// # Errors
-    /// Where something wanted is not in the sweep, with what there is.
+    /// If the sweep lacks a requested part; lists the existing ones.
     pub fn new(sweep: &'a FiguredSweep, wanted: &WantedPart) -> Result<FigurePlan<'a>> {
         let part = SweepPart::new(&sweep.results, wanted)?;
         let mut plan = FigurePlan { sweep, part, jobs: Vec::new(), left_out: Vec::new() };
@@ -157,12 +157,12 @@ impl<'a> FigurePlan<'a> {
         Ok(plan)
     }
 
-    /// How many figures there are.
+    /// The number of figures.
     pub fn count(&self) -> usize {
         self.jobs.len()
     }
 
-    /// Draws the figure of a number.
+    /// Draws a figure by its index.
     pub fn draw(&self, number: usize, backend: &mut dyn Backend) -> Result<Figure> {
         let (file, job) = &self.jobs[number];
         let (sweep, part) = (self.sweep, &self.part);
@@ -181,7 +181,7 @@ impl<'a> FigurePlan<'a> {
         let all: Vec<String> = words.iter().map(|word| file_name(word)).collect();
         let name = format!("{}-{}", job.kind().name(), all.join("-"));
         let again = (2..).map(|n| format!("{name}-{n}.{ending}"));
-        // Some file systems do not tell A from a.
+        // Some file systems ignore case.
         let is_free =
             |file: &String| !self.jobs.iter().any(|(known, _)| known.to_lowercase() == file.to_lowercase());
         let file = std::iter::once(format!("{name}.{ending}")).chain(again).find(is_free);
@@ -219,8 +219,7 @@ impl<'a> FigurePlan<'a> {
         }
         if !without.is_empty() {
             let names = without.join(", ");
-            let why =
-                format!("a map shows one sensor that stands at several places in the world, not so: {names}");
+            let why = format!("a map needs one sensor with several places in the world, unlike: {names}");
             self.leave_out(FigureKind::Placements, why);
         }
     }

@@ -1,8 +1,8 @@
-//! Scores as figures name them, and the places of plots side by side.
+//! The names of scores in figures, and the places of adjacent plots.
 
 use perirobot_march::metrics::Score;
 
-/// A score as it stands at its axis: it has no unit.
+/// The title of a score's axis, without a unit.
 pub(super) fn axis_name(score: Score) -> String {
     let better = if score.less_is_better() { "less is better" } else { "more is better" };
     match score {
@@ -12,7 +12,7 @@ pub(super) fn axis_name(score: Score) -> String {
     }
 }
 
-/// A score in a sentence.
+/// The name of a score in a sentence.
 pub(super) fn score_name(score: Score) -> &'static str {
     match score {
         Score::Kappa => "κ",
@@ -20,7 +20,7 @@ pub(super) fn score_name(score: Score) -> &'static str {
     }
 }
 
-/// Places of plots that lie side by side, from one edge to another.
+/// The places of adjacent plots between two edges.
 pub(super) fn columns(count: usize, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
     let gap = 34.0;
     let each = (to - from - gap * (count - 1) as f64) / count as f64;

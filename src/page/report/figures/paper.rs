@@ -1,21 +1,21 @@
-//! The file of a figure: its title and what a reader must know above what is drawn, its style and its background.
+//! The file of a figure: its title and introduction, its style and its background.
 
 use crate::report::charts::sheet::{SMALL, Sheet, lines};
 use crate::report::colours::resolve;
 
-/// How wide each figure is, in units of the drawing: two columns of print.
+/// The width of each figure in units of the drawing: two columns of print.
 pub(super) const WIDTH: f64 = 900.0;
 
-/// Room at the sides.
+/// Margin at the sides.
 pub(super) const EDGE: f64 = 14.0;
 
 /// The height of a line.
 const LINE: f64 = 16.0;
 
-/// The width between the sides.
+/// The width between the margins.
 const ACROSS: f64 = WIDTH - 2.0 * EDGE;
 
-/// A sheet with a title and what a reader must know.
+/// A sheet with a title and an introduction.
 pub(super) fn begin(title: &str, notes: &str) -> Sheet {
     let mut sheet = Sheet::new(title);
     let style = [include_str!("../charts/chart.css"), include_str!("figure.css")].concat();

@@ -1,4 +1,4 @@
-//! Which part of a sweep figures are about, and over which scenes.
+//! The part of a sweep in figures, and its scenes.
 
 use std::ops::Range;
 
@@ -13,10 +13,10 @@ use perirobot_march::error::Argument;
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
-/// More scenes than these are shown by their mean only.
+/// With more scenes, only their mean is drawn.
 const MOST_SCENES: usize = 12;
 
-/// What is wanted of a sweep; all of what is not named.
+/// The requested part of a sweep; everything that is not named.
 #[derive(Clone, Debug)]
 pub struct WantedPart<'a> {
     /// Kinds of figures.
@@ -29,24 +29,24 @@ pub struct WantedPart<'a> {
     pub representation: Option<&'a str>,
     /// The scene.
     pub scene: Option<&'a str>,
-    /// Scores, which lie side by side.
+    /// Scores, drawn side by side.
     pub scores: &'a [Score],
 }
 
-/// The same as numbers of a sweep.
+/// The same as indices of a sweep.
 pub(super) struct SweepPart {
     pub(super) regions: Vec<usize>,
     pub(super) combinations: Vec<usize>,
     pub(super) series: Vec<Series>,
     pub(super) scores: Vec<Score>,
-    /// All scenes together if there are several, then each; or the one that is wanted.
+    /// All scenes together if there are several, then each; or the requested one.
     pub(super) extents: Vec<SceneRange>,
 }
 
-/// Scenes that scores are over.
+/// The scenes of a score.
 #[derive(Clone, Debug)]
 pub(super) struct SceneRange {
-    /// As it stands in figures.
+    /// The name in figures.
     pub(super) name: String,
     pub(super) moments: Range<usize>,
     /// The scene, if it is one.
@@ -58,8 +58,8 @@ impl SweepPart {
         let selection = ReportSelection::resolve(results, wanted.region, wanted.combination, wanted.scores)?;
         let name = |one: &Series| &results.combinations[one.combination].representations[one.representation];
         let all = selection.series(results);
-        let asked = |one: &&Series| wanted.representation.is_none_or(|wanted| wanted == name(one));
-        let series: Vec<Series> = all.iter().filter(asked).copied().collect();
+        let is_requested = |one: &&Series| wanted.representation.is_none_or(|wanted| wanted == name(one));
+        let series: Vec<Series> = all.iter().filter(is_requested).copied().collect();
         if series.is_empty() {
             let mut known: Vec<&String> = all.iter().map(name).collect();
             known.dedup();
@@ -69,7 +69,7 @@ impl SweepPart {
         Ok(SweepPart { regions, combinations, series, scores, extents: extents(results, wanted.scene)? })
     }
 
-    /// What all that is shown is over.
+    /// The first extent.
     pub(super) fn whole(&self) -> &SceneRange {
         &self.extents[0]
     }
@@ -97,7 +97,7 @@ fn extents(results: &Results, wanted: Option<&str>) -> Result<Vec<SceneRange>> {
 }
 
 impl SceneRange {
-    /// What a score of it is the mean of: `3 scenes, 10 repeats`.
+    /// The values in the mean of a score: `3 scenes, 10 repeats`.
     pub(super) fn is_mean_of(&self, results: &Results) -> String {
         let Some(scene) = self.scene else { return format!("the mean over {}", extent(results)) };
         let (name, moments) = (&results.scenes[scene].name, self.moments.len());
@@ -110,7 +110,7 @@ impl SceneRange {
         }
     }
 
-    /// What is possible at most and the best answer without a sensor, in words.
+    /// The upper bound and the best baseline, in words.
     pub(super) fn bounds(&self, results: &Results, region: usize, score: Score) -> String {
         let bound = upper_bound(results, self.moments.clone(), region, score);
         let bound = bound.map(|bound| format!("possible at most {bound:.3}"));
@@ -119,7 +119,7 @@ impl SceneRange {
         bound.into_iter().chain(without).collect::<Vec<_>>().join(" · ")
     }
 
-    /// The best of the answers that need no sensor.
+    /// The best baseline without sensors.
     pub(super) fn best_baseline(
         &self,
         results: &Results,

@@ -1,4 +1,4 @@
-//! Pictures of the scenes, and of what the best choices of poses make of them, as `render` draws them.
+//! Pictures of the scenes, and of the labels of the best choices of poses, by `render`.
 
 use super::FiguredSweep;
 use super::names::score_name;
@@ -11,27 +11,27 @@ use perirobot_march::Result;
 use perirobot_march::backend::Backend;
 use perirobot_sweep::results::Results;
 
-/// Width and height in pixels, and about how many returns are drawn as dots.
+/// Width and height in pixels, and the approximate number of dots.
 const SIZE_PX: [u32; 2] = [800, 520];
 const POINTS: usize = 1500;
 
-/// What a picture shows.
+/// The subject of a picture.
 #[derive(Clone, Debug)]
 pub(super) enum Pictured {
-    /// A scene by its number, without sensors.
+    /// A scene by its index, without sensors.
     Scene(usize),
-    /// A choice of poses in the first scene that is drawn.
+    /// A choice of poses in the first drawn scene.
     Best {
         series: Series,
         choice: usize,
         scene: usize,
-        /// `F1 in region robot: 0.173`, for each score by which it is the best.
+        /// `F1 in region robot: 0.173`, for each score that it maximises.
         by: Vec<String>,
     },
 }
 
-/// The best choice of each score in each region, of all combinations and representations together, with words for its
-/// name; one picture for those that are the same.
+/// The best choice of each score in each region, over all combinations and representations, with words for its name;
+/// equal choices share a picture.
 pub(super) fn best(results: &Results, part: &SweepPart) -> Result<Vec<(Vec<String>, Pictured)>> {
     let mut found: Vec<(Vec<String>, Pictured)> = Vec::new();
     let whole = part.whole();
@@ -82,8 +82,8 @@ pub(super) fn draw(
         Pictured::Best { series, choice, scene, by } => {
             let world = &worlds[results.scenes[*scene].moments.start];
             let Series { combination, representation } = *series;
-            let of = Choice { combination, choice: *choice, representation, repeat: 0 };
-            let view = View::new(study, world, of, backend)?;
+            let shown = Choice { combination, choice: *choice, representation, repeat: 0 };
+            let view = View::new(study, world, shown, backend)?;
             let wish = Wish { colour: Colour::Label, ..plain };
             let bytes = render::draw(world, Some(&view), &wish, backend)?.png()?;
             let found = &results.combinations[combination];

@@ -1,5 +1,4 @@
-//! Which places of a sensor have which score: maps of walls and ceiling, coloured by the best that a place reaches, over
-//! all scenes and in each.
+//! Maps of walls and ceiling, coloured by the best score of each place, over all scenes and in each.
 
 use std::sync::Arc;
 
@@ -23,7 +22,7 @@ use perirobot_study::sensor::Setting;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, room_m};
 
-/// The sensor of a series that stands at several places, and where these lie on paper.
+/// The sensor of a series with several places, and their positions on paper.
 #[derive(Clone, Debug)]
 pub(super) struct PlacedSeries {
     series: Series,
@@ -32,7 +31,7 @@ pub(super) struct PlacedSeries {
 }
 
 impl PlacedSeries {
-    /// Of a series in which one sensor has several places in the world.
+    /// For a series in which one sensor has several places in the world.
     pub(super) fn new(study: &Study, world: &World, series: Series) -> Option<PlacedSeries> {
         let combination = &study.combinations[series.combination];
         let positions = |member: &perirobot_study::input::Member| {
@@ -56,7 +55,7 @@ impl PlacedSeries {
     }
 }
 
-/// For each candidate the best value of a choice that has it, and that choice.
+/// For each candidate the best value of its choices, and the choice.
 type Best = Vec<Option<(f64, usize)>>;
 
 /// The caption and the file of the figure of a region and a series.
@@ -72,7 +71,7 @@ pub(super) fn draw(
     let caption = format!("{scores} in region {place} by the place of the sensor: {title}");
     let notes = format!(
         "The colour of a place is that of its best orientation, each with {}{}. One scale for all maps of a score. Ring: \
-         the best place of a map. Outlines: what stands there (in the first of several scenes), the robot thick, in single scenes people with dashes.",
+         the best place of a map. Outlines: objects (of the first of several scenes), the robot thick, in single scenes people dashed.",
         part.whole().is_mean_of(results),
         if part.extents.len() > 1 { ", below it each scene for itself" } else { "" },
     );
@@ -80,8 +79,8 @@ pub(super) fn draw(
     let places = columns(part.scores.len(), [EDGE, WIDTH - EDGE]);
     let mut all: Vec<Vec<Best>> = Vec::new();
     for extent in &part.extents {
-        let of = part.scores.iter().map(|&score| best(sweep, placed, extent, (region, score)));
-        all.push(of.collect::<Result<_>>()?);
+        let bests = part.scores.iter().map(|&score| best(sweep, placed, extent, (region, score)));
+        all.push(bests.collect::<Result<_>>()?);
     }
     let spots = || placed.maps.iter().flat_map(|map| &map.parts).flat_map(|part| &part.spots);
     let ends = |(n, &score): (usize, &Score)| {
@@ -100,13 +99,13 @@ pub(super) fn draw(
                 let (score, Some(ends)) = (part.scores[n], ends[n]) else { continue };
                 sheet.y = top;
                 let first = first_best(score, map, best);
-                let told = |spot: &PaperSpot| {
+                let tooltip = |spot: &PaperSpot| {
                     let (value, choice) = spot_best(score, spot, best)?;
                     let name = results.combinations[placed.series.combination].label(choice);
                     let words = format!("{name}: {}", number(Some(value)));
                     Some((colour(value, ends), words, first == Some((value, choice))))
                 };
-                draw_map(&mut sheet, map, places[n], told, &outlines);
+                draw_map(&mut sheet, map, places[n], tooltip, &outlines);
                 let named = first.map(|(value, choice)| {
                     let combination = &results.combinations[placed.series.combination];
                     let [label, place] = [combination.label(choice), combination.place_of(choice)];
@@ -148,14 +147,14 @@ fn best(
     let sensor = combination.members[placed.member].sensor;
     let mut found: Best = vec![None; sweep.study.sensors[sensor].candidates.len()];
     for (choice, value) in placed.series.best(&sweep.results, &extent.moments, region, score)? {
-        let of = &mut found[combination.choice(choice)[placed.member]];
+        let best = &mut found[combination.choice(choice)[placed.member]];
         // The best comes first.
-        *of = of.or(Some((value, choice)));
+        *best = best.or(Some((value, choice)));
     }
     Ok(found)
 }
 
-/// The best of the candidates of a spot, and its choice.
+/// The best candidate of a spot, and its choice.
 fn spot_best(score: Score, spot: &PaperSpot, best: &Best) -> Option<(f64, usize)> {
     let values = spot.candidates.iter().filter_map(|&candidate| best[candidate]);
     values.reduce(|a, b| if score.merit(b.0) > score.merit(a.0) { b } else { a })
@@ -167,7 +166,7 @@ fn first_best(score: Score, map: &Map, best: &Best) -> Option<(f64, usize)> {
     spots.reduce(|a, b| if score.merit(b.0) > score.merit(a.0) { b } else { a })
 }
 
-/// What stands in the first scene of some, without people where there are several.
+/// The objects of the first of some scenes, without people if there are several.
 fn outlines(sweep: &FiguredSweep, extent: &SceneRange) -> Vec<Outline> {
     let truth = sweep.worlds[extent.moments.start].truth();
     let room = room_m(&truth);

@@ -1,5 +1,4 @@
-//! The page beside the figures: each with what it shows, the command that made its numbers, and where the paper has its
-//! like.
+//! The page of the figures: each with its contents, the command that made its numbers, and the paper's counterpart.
 
 use super::{Figure, FigureKind, FiguredSweep, LeftOut};
 use crate::report::wording::{count, extent};
@@ -8,14 +7,14 @@ use perirobot_scene::shell;
 /// The name of the page.
 pub const PAGE: &str = "README.md";
 
-/// The page while figures are added to it.
+/// The page during its construction.
 #[derive(Debug, Default)]
 pub struct FigurePage {
     text: String,
 }
 
 impl FigurePage {
-    /// Adds the figures of a sweep, which lie in the folder of its name, and says what was left out.
+    /// Adds the figures of a sweep, in the folder of its name, and the omitted ones.
     pub fn add(&mut self, sweep: &FiguredSweep, figures: &[Figure], left_out: &[LeftOut]) {
         let about = &sweep.manifest.provenance.about;
         let numbers = [extent(&sweep.results), count(sweep.results.regions.len(), "region")].join(", ");
@@ -49,8 +48,8 @@ impl FigurePage {
         format!(
             "# Figures\n\nDrawn by `perirobot figures`, version {}, from finished sweeps. The numbers are those of `perirobot summary` of \
              the same folders: a score has no unit, and a score without a value is left out of means. The paper is Rozlivek, Svarny and \
-             Hoffmann, IROS 2023 (arXiv 2303.02367); what is called after one of its experiments shows the same kind of numbers, of \
-             the study that is named, not the paper's own.\n{}",
+             Hoffmann, IROS 2023 (arXiv 2303.02367); a figure named after one of its experiments shows the same kind of numbers, of \
+             this study, not the paper's own.\n{}",
             env!("CARGO_PKG_VERSION"),
             self.text
         )
@@ -67,7 +66,7 @@ fn heading(kind: FigureKind) -> &'static str {
     }
 }
 
-/// What figures of a kind are for, and which claims of the paper they are about.
+/// The purpose of a kind of figures, and the paper's claims about it.
 fn about_kind(kind: FigureKind) -> &'static str {
     match kind {
         FigureKind::Distributions => {
@@ -83,13 +82,13 @@ fn about_kind(kind: FigureKind) -> &'static str {
         }
         FigureKind::Snapshots => "As in the paper's Experiment 3: one sensor while people move.",
         FigureKind::Pictures => {
-            "The scenes, and what the best choices of poses make of the first of them that is drawn, as `perirobot render` \
+            "The scenes, and the labels of the best choices of poses in the first drawn scene, as `perirobot render` \
              draws them."
         }
     }
 }
 
-/// Words as they are shown in Markdown, whatever stands in them.
+/// Escapes words for Markdown.
 fn plain(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for letter in words.chars() {
@@ -104,7 +103,7 @@ fn plain(words: &str) -> String {
     text
 }
 
-/// The path of a file as an address: what Markdown or a browser takes for something else is written as its bytes.
+/// The path of a file as an address, with percent-encoding.
 fn encode(path: &str) -> String {
     let mut text = String::with_capacity(path.len());
     for byte in path.bytes() {

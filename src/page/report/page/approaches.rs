@@ -1,5 +1,5 @@
-//! How bodies come nearest to the robot without being noticed by what is recommended, scene by scene, for the floor
-//! plans and the 3D view: asked where the study has a table `[approach]`.
+//! The nearest unnoticed ways of bodies to the robot for the recommended choice, scene by scene, for the floor plans
+//! and the 3D view, if the study has a table `[approach]`.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -10,10 +10,10 @@ use perirobot_decide::view::Choice;
 use perirobot_decide::view::watched::Watchers;
 use perirobot_march::Result;
 
-/// Of each scene the ways of its bodies; none where the study has no table `[approach]`.
+/// The ways of bodies in each scene; empty if the study has no table `[approach]`.
 ///
 /// # Errors
-/// When it cannot be asked of this cell.
+/// If they cannot be computed in this cell.
 pub(super) fn ways(sweep: &ReportedSweep, looked: Choice) -> Result<Vec<Vec<Way>>> {
     let study: toml::Table = toml::from_str(&sweep.study.text).unwrap_or_default();
     if !study.contains_key("approach") {
@@ -29,8 +29,7 @@ pub(super) fn ways(sweep: &ReportedSweep, looked: Choice) -> Result<Vec<Vec<Way>
 pub(super) struct WayData {
     scene: usize,
     words: String,
-    /// Where the body's middle goes, and after it the lines of the body at the end: each from point to point, in world
-    /// metres.
+    /// The path of the body's centre, then the lines of the body at the end: each from point to point, in world metres.
     lines: Vec<Vec<[f64; 3]>>,
 }
 

@@ -1,5 +1,5 @@
-//! The cell in voxels for the page's 3D view: the truth at some moments, the labels of the best choices in
-//! the regions, and why the rest stays unknown.
+//! The cell in voxels for the page's 3D view: the truth at some moments, the labels of the best choices in the regions,
+//! and the reasons for unknown voxels.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,16 +24,16 @@ use perirobot_study::world::World;
 use perirobot_sweep::results::swept::SceneResults;
 use perirobot_sweep::results::{Results, RowKey};
 
-/// Most bytes of voxels before they are compressed; about a quarter of that in the page, which so stays below 3 MB.
+/// Most bytes of voxels before compression to about a quarter, so that the page stays below 3 MB.
 const MOST_BYTES: usize = 8 << 20;
 
-/// How many views are made together, so that all cores have work.
+/// Views computed together, so that all cores are busy.
 const AT_ONCE: usize = 128;
 
-/// A part of the bytes.
+/// A range of the bytes.
 type ByteRange = [usize; 2];
 
-/// The scene at a moment. Voxels follow with x fastest, then y, then z.
+/// The scene at a moment. Voxels are stored with x fastest, then y, then z.
 #[derive(Debug, Serialize)]
 struct CellMoment {
     moment: usize,
@@ -42,7 +42,7 @@ struct CellMoment {
     size: [u32; 3],
     /// Classes: 0 free, 1 environment, 2 robot, 3 human, 4 of no region.
     truth: ByteRange,
-    /// For each region, 1 where a voxel belongs to it.
+    /// For each region, 1 if a voxel belongs to it.
     regions: Vec<ByteRange>,
 }
 
@@ -52,11 +52,11 @@ pub(super) struct CellLabels {
     pub(super) series: usize,
     pub(super) choice: usize,
     pub(super) moment: usize,
-    /// Classes of the voxels that are in any region, in their order: 0 called free, 1 called occupied, 2 and
-    /// more unknown for the first cause and so on.
+    /// Classes of the voxels in any region, in their order: 0 labelled free, 1 labelled occupied, 2 and more unknown
+    /// for the first cause and so on.
     labels: ByteRange,
     causes: Vec<CauseData>,
-    /// What is explained.
+    /// The explained voxels.
     #[serde(skip)]
     pub(super) explained: Vec<(ExplainedVoxels, Explained)>,
 }
@@ -64,13 +64,13 @@ pub(super) struct CellLabels {
 /// Why voxels are unknown.
 #[derive(Debug, Serialize)]
 struct CauseData {
-    /// As in the column `reason` of reasons.csv.
+    /// The reason as in the column `reason` of reasons.csv.
     reason: &'static str,
     words: String,
     monitored: bool,
 }
 
-/// Everything, and where in the bytes it is.
+/// All parts, with their places in the bytes.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct Cells {
     moments: Vec<CellMoment>,
@@ -79,21 +79,21 @@ pub(super) struct Cells {
     pub(super) bytes: Vec<u8>,
 }
 
-/// Of what is explained why voxels stay unknown.
+/// The choice whose unknown voxels are explained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ExplainedVoxels {
-    /// The choice that is recommended.
+    /// The recommended choice.
     Recommended,
     /// The best of all in a region by one of [`BESTS`].
     Best {
-        /// Which of them.
+        /// Index of the score.
         best: usize,
         /// Index of the region.
         region: usize,
     },
 }
 
-/// A choice of poses to look at, at a moment.
+/// A choice of poses at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct ShownPoses {
     series: usize,
@@ -101,19 +101,19 @@ struct ShownPoses {
     moment: usize,
 }
 
-/// The views to make for the page.
+/// The views for the page.
 #[derive(Debug)]
 pub(super) struct Views {
-    /// In the order in which they are put into the page, until it is full.
+    /// In the order of inclusion, until the page is full.
     sights: Vec<ShownPoses>,
     asked: Vec<ToExplain>,
 }
 
 impl Views {
-    /// The best choices of each region and representation by F1, as many as are wanted, and some of the best by
-    /// human_seen and by parts_detected, in each scene's first moment and in the one where the choice is worst; first
-    /// of all what is recommended, at every moment. The voxels that it misses, and those that the best choice of a
-    /// region misses, are explained, at the worst moment of each.
+    /// The best choices of each region and representation by F1, at most `looked_at`, and some of the best by
+    /// human_seen and by parts_detected, in each scene's first moment and in the choice's worst one; before all others
+    /// the recommended choice, at every moment. The voxels missed by it and by the best choice of a region are
+    /// explained, at the worst moment of each.
     ///
     /// # Errors
     /// Those of a journal that cannot be read.
@@ -129,12 +129,12 @@ impl Views {
         })
     }
 
-    /// How many there are.
+    /// Their number.
     pub(super) fn total(&self) -> u64 {
         self.sights.len() as u64
     }
 
-    /// Makes the views that fit.
+    /// Computes the views that fit.
     ///
     /// # Errors
     /// Those of the backend; `Error::Stopped`.
@@ -177,16 +177,16 @@ impl Views {
     }
 }
 
-/// What a view tells, before it is put among the rest.
+/// The contents of a view, before it is added.
 struct LookedAt {
-    /// As runs.
+    /// Run-length encoded.
     labels: Vec<u8>,
     causes: Vec<CauseData>,
     explained: Vec<(ExplainedVoxels, Explained)>,
 }
 
 impl LookedAt {
-    /// The labels in all regions, and what is asked about the unknown voxels.
+    /// The labels in all regions, and the explanation of the unknown voxels.
     fn new(sight: ShownPoses, view: &View, asked: &[ToExplain]) -> LookedAt {
         let missed = view.why_in_regions();
         let window = view.labels.occupied.window();
@@ -217,12 +217,12 @@ impl LookedAt {
     }
 }
 
-/// How many of the best by human_seen and by parts_detected are looked at, if this many are by F1.
+/// The number of views of the best by human_seen and by parts_detected, for this number by F1.
 fn share_of_safety(most: usize) -> usize {
     most.div_ceil(5)
 }
 
-/// The views to make: of what is recommended at every moment, the worst of each scene first; then of the best choices,
+/// The views to compute: the recommended choice at every moment, the worst of each scene first; then the best choices,
 /// each in every scene at its worst moment, then at the scene's first.
 fn sights(
     results: &Results,
@@ -232,7 +232,7 @@ fn sights(
 ) -> Result<Vec<ShownPoses>> {
     let (mut known, mut sights) = (BTreeSet::new(), Vec::new());
     if let Some(&Recommended { series, choice, ref moments, .. }) = recommended {
-        // All of them, the worst first, so that what moves can be played.
+        // All moments, worst first, so that moving scenes can be played.
         let all = moments.iter().copied().chain(results.moments());
         let all = all.map(|moment| ShownPoses { series, choice, moment });
         sights.extend(all.filter(|&sight| known.insert(sight)));
@@ -258,12 +258,12 @@ fn sights(
     Ok(sights)
 }
 
-/// The moment at which a choice scores least; the first of the scene where it never has a value.
+/// The moment with the lowest score of a choice; the first of the scene if it never has a value.
 fn worst(results: &Results, scene: &SceneResults, key: RowKey, score: Score) -> Result<usize> {
     Ok(scene.moments.start + worst_snapshot(results, scene, key, score)?.unwrap_or(0))
 }
 
-/// What is to be explained of a view, and in which region.
+/// The explained choice of a view, and its region.
 #[derive(Debug)]
 struct ToExplain {
     sight: ShownPoses,
@@ -271,7 +271,7 @@ struct ToExplain {
     region: usize,
 }
 
-/// Of each scene what the recommended choice misses at its worst moment, and of each region what the best choices do.
+/// The misses of the recommended choice in each scene at its worst moment, and of the best choices in each region.
 fn explained_moments(
     results: &Results,
     rankings: &[Ranking],
@@ -297,7 +297,7 @@ fn explained_moments(
 }
 
 impl Cells {
-    /// Adds what a view tells.
+    /// Adds the contents of a view.
     fn put_labels(&mut self, sight: ShownPoses, looked: LookedAt) {
         let ShownPoses { series, choice, moment } = sight;
         let LookedAt { labels, causes, explained } = looked;

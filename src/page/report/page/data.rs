@@ -1,9 +1,9 @@
-//! What the page's script knows of a sweep, besides scores and voxels: names, poses, where sensors look,
-//! baselines. It is written as JSON, which the page holds compressed.
+//! The data of the page's script besides scores and voxels: names, poses, fields of view, baselines. It is written as
+//! JSON and compressed into the page.
 //!
-//! The JSON is no table and comes from no [`Table`](crate::report::table::Table): plots need numbers that are
-//! not rounded, found by their place (region, score, scene, series). What the page shows as tables is made in
-//! `sections` of the same rows as the tables of `summary`.
+//! The JSON does not come from a [`Table`](crate::report::table::Table): plots need unrounded numbers, indexed by
+//! region, score, scene and series. The page's tables are made in `sections` from the same rows as the tables of
+//! `summary`.
 
 mod maps;
 mod sensor;
@@ -35,18 +35,18 @@ use sensor::{SensorData, sensor_data};
 /// The root of the JSON.
 #[derive(Serialize)]
 pub(super) struct Data<'a> {
-    /// The words of a command line that renders a pose of this sweep, without those that name the pose.
+    /// The command line that renders a pose of this sweep, without the arguments for the pose.
     render: Vec<String>,
-    /// What is chosen when the page opens.
+    /// The initial selection.
     recommended: Option<RecommendedData<'a>>,
     repeats: usize,
     regions: &'a [String],
     scenes: Vec<SceneData<'a>>,
     measures: Vec<MeasureData>,
-    /// The scores that are always compared.
+    /// The scores in every comparison.
     always: [usize; ALWAYS.len()],
     sensors: Vec<SensorData<'a>>,
-    /// Those of a set's sensors, in its order.
+    /// The letters of a set's sensors, in its order.
     letters: Vec<String>,
     combinations: Vec<CombinationData<'a>>,
     series: Vec<SeriesData<'a>>,
@@ -54,12 +54,11 @@ pub(super) struct Data<'a> {
     baselines: Vec<Vec<Vec<Baseline>>>,
     between_members: &'static str,
     voxel_size_m: f64,
-    /// Objects of the first scene, by which the surroundings of a pose are named, and the directions that are
-    /// measured.
+    /// Objects of the first scene, which name the surroundings of a pose, and the measured directions.
     objects: Vec<String>,
     ways: [&'static str; 6],
     cells: &'a Cells,
-    /// How bodies come near what is recommended.
+    /// The ways of bodies for the recommended choice.
     approaches: Vec<WayData>,
 }
 
@@ -68,11 +67,11 @@ struct RecommendedData<'a> {
     series: usize,
     choice: usize,
     region: usize,
-    /// The score by which it is looked at, by its number.
+    /// The score of the view, by its index.
     measure: usize,
-    /// Of what it is the best, in words.
+    /// Its distinction, in words.
     why: &'a str,
-    /// The moment and the scene at which it is the worst; a scene counts from 1, after all of them together.
+    /// Its worst moment and scene; scenes count from 1, after the mean of all.
     moment: usize,
     extent: usize,
 }
@@ -84,12 +83,12 @@ struct SceneData<'a> {
     room_m: [[f64; 3]; 2],
     /// Round metres along its axes.
     metres: [Vec<String>; 3],
-    /// Furniture, doors, robots and people, as they are at the scene's first moment.
+    /// Furniture, doors, robots and people, at the scene's first moment.
     things: Vec<ThingData>,
 }
 
 impl SceneData<'_> {
-    /// Its room and its things, to be laid on paper.
+    /// Its room and its objects, to be laid on paper.
     fn furnished(&self) -> Furnished {
         let corners = |thing: &ThingData| [thing.low_m, thing.high_m].map(DVec3::from_array);
         Furnished {
@@ -127,7 +126,7 @@ struct CombinationData<'a> {
 struct MemberData<'a> {
     sensor: usize,
     candidates: &'a [usize],
-    /// How many equal ones there are.
+    /// The number of equal sensors.
     count: usize,
 }
 
@@ -140,7 +139,7 @@ struct SeriesData<'a> {
 }
 
 impl<'a> Data<'a> {
-    /// Of a sweep.
+    /// The data of a sweep.
     pub(super) fn new(findings: &'a Findings<'a>) -> Data<'a> {
         let Findings { sweep, rankings, scores, recommended, cells, surroundings, ways, .. } = findings;
         let ReportedSweep { results, study, worlds, .. } = *sweep;
@@ -254,7 +253,7 @@ fn baselines(results: &Results, region: usize) -> Vec<Vec<Baseline>> {
     extents.map(|moments| measure::baseline_measures(results, moments, region)).collect()
 }
 
-/// How many sensors the largest set has.
+/// The number of sensors in the largest set.
 fn most_members(study: &Study) -> usize {
     study.combinations.iter().map(|combination| combination.members.len()).max().unwrap_or(0)
 }

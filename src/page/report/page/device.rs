@@ -1,22 +1,23 @@
-//! What a study says of a sensor's device: as its keys, and as a person buys it.
+//! The device of a sensor in a study: as its keys, and as an order.
 
 use perirobot_study::input::Study;
 use perirobot_study::input::catalogue::models;
 use toml::{Table, Value};
 
-/// What the text of a study says of a sensor besides its name, its kind and where it may stand.
+/// The keys of a sensor in a study's text, except its name, kind and places.
 pub(super) fn keys_of(study: &Study, name: &str) -> String {
-    let told = table_of(study, name).into_iter();
-    let told = told.filter(|(key, _)| !["name", "kind", "poses"].contains(&key.as_str()));
+    let keys = table_of(study, name).into_iter();
+    let keys = keys.filter(|(key, _)| !["name", "kind", "poses"].contains(&key.as_str()));
     let cost = cost_of(study, name);
     let value = |key: &str, value: &Value| match &cost {
         Some(cost) if key == "cost" => cost.clone(),
         _ => value.to_string(),
     };
-    told.map(|(key, said)| format!("{key} = {}", value(&key, &said))).collect::<Vec<_>>().join(", ")
+    keys.map(|(key, content)| format!("{key} = {}", value(&key, &content))).collect::<Vec<_>>().join(", ")
 }
 
-/// A device as one orders it: its maker's name if the study names a model, its field of view, pixels and range, and its cost.
+/// A device for an order: its maker's name if the study names a model, its field of view, pixels and range, and its
+/// cost.
 pub(super) fn describe_device(study: &Study, name: &str) -> String {
     let written = table_of(study, name);
     let model = written.get("model").and_then(Value::as_str);

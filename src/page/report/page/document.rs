@@ -1,15 +1,15 @@
-//! The page in HTML: a head, the sections, and what the script draws from.
+//! The page in HTML: a head, the sections, and the script with its data.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::sections::Sections;
 
-/// What the page holds. Words are escaped here and by the sections, those in drawings where they are drawn. The style, the
-/// patterns, the script and what it reads are this program's own and stand as they are.
+/// The contents of the page. Words are escaped here, in the sections and in drawings. The style, the patterns, the
+/// script and its data are the program's own and unescaped.
 pub(super) struct Document<'a> {
     pub(super) title: String,
     pub(super) note: Option<&'a str>,
-    /// The study's name, and the day: they stand on each page in print.
+    /// The study's name, and the day: printed on each sheet.
     pub(super) study: String,
     pub(super) day: String,
     pub(super) sections: Sections<'a>,
@@ -68,7 +68,7 @@ impl Document<'_> {
         }
     }
 
-    /// What the script draws, and the script.
+    /// The drawings of the script, and the script.
     fn scripts(&self) -> Markup {
         html! {
             script type="text/plain" id="data" { (PreEscaped(&self.data)) }
@@ -80,13 +80,13 @@ impl Document<'_> {
     }
 }
 
-/// Words in a string of a style sheet: what is no letter or digit is spelt by its number.
+/// Words in a string of a style sheet: all but letters and digits are written as escapes.
 fn css_string(words: &str) -> String {
-    let spelt = |letter: char| match letter.is_ascii_alphanumeric() || letter == ' ' {
+    let escape = |letter: char| match letter.is_ascii_alphanumeric() || letter == ' ' {
         true => letter.to_string(),
         false => format!("\\{:x} ", u32::from(letter)),
     };
-    words.chars().map(spelt).collect()
+    words.chars().map(escape).collect()
 }
 
 #[cfg(test)]

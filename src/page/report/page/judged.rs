@@ -1,4 +1,4 @@
-//! The choices that `judge` has decided, as judge.json in the folder has them, each with its verdicts.
+//! The choices in the folder's judge.json, each with its verdicts.
 
 use super::ReportedSweep;
 use super::verdicts::{ShownRequirement, current_verdicts};
@@ -8,29 +8,29 @@ use perirobot_decide::view::Choice;
 use perirobot_decide::view::names::find_choices;
 use perirobot_march::Result;
 
-/// A choice that was judged.
+/// A judged choice.
 #[derive(Debug)]
 pub(super) struct JudgedChoice {
     /// Combination, poses and representation, as in the columns of tables.
     pub(super) names: [String; 3],
-    /// The same among what was swept; `None` of a set that was not.
+    /// Its indices in the sweep; `None` if the set was not swept.
     pub(super) choice: Option<Choice>,
-    /// Where the verdicts are from.
+    /// The source of the verdicts.
     pub(super) note: String,
-    /// What is required, with its verdicts.
+    /// The requirements with their verdicts.
     pub(super) required: Vec<ShownRequirement>,
-    /// All that was decided.
+    /// All verdicts.
     pub(super) verdicts: SetVerdicts,
 }
 
 impl JudgedChoice {
-    /// Whether it meets all that the study requires now.
+    /// Whether it meets all current requirements of the study.
     pub(super) fn passes(&self) -> bool {
         !self.required.is_empty() && self.required.iter().all(|one| one.verdict() == "PASS")
     }
 }
 
-/// All of them, in the order of the file.
+/// All judged choices, in the order of the file.
 ///
 /// # Errors
 /// Those of [`Verdicts::read`].
@@ -39,13 +39,13 @@ pub(super) fn judged_choices(sweep: &ReportedSweep) -> Result<Vec<JudgedChoice>>
     let of_one = |set: SetVerdicts| {
         let names = set.names().map(String::from);
         let (note, required) = current_verdicts(sweep, &set.requirements);
-        JudgedChoice { choice: swept(sweep, &names), names, note, required, verdicts: set }
+        JudgedChoice { choice: find_swept(sweep, &names), names, note, required, verdicts: set }
     };
     Ok(sets.into_iter().map(of_one).collect())
 }
 
-/// A choice of these names among what was swept.
-fn swept(sweep: &ReportedSweep, [combination, poses, representation]: &[String; 3]) -> Option<Choice> {
+/// The choice with these names in the sweep.
+fn find_swept(sweep: &ReportedSweep, [combination, poses, representation]: &[String; 3]) -> Option<Choice> {
     let known: Vec<_> = sweep.results.combinations.iter().map(choice_names).collect();
     let (number, choice) = find_choices(&known, poses, Some(combination)).ok()?.pop()?;
     let all = &sweep.results.combinations[number].representations;

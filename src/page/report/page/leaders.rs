@@ -1,4 +1,4 @@
-//! The best placement of each region by each score that names a best, of which more is told than its scores.
+//! The best placement of each region by each score in [`BESTS`], which the page details.
 
 use maud::{Markup, html};
 
@@ -6,15 +6,15 @@ use super::measure::{self, BESTS};
 use super::ranking::{Ranking, firsts};
 use perirobot_sweep::results::Results;
 
-/// A choice of poses that no other is better than, by a score in a region.
+/// A best choice of poses, by a score in a region.
 #[derive(Debug)]
 pub(super) struct Leader<'a> {
-    /// Which of [`BESTS`].
+    /// Index of the score in [`BESTS`].
     pub(super) best: usize,
     pub(super) region: usize,
     pub(super) combination: usize,
     pub(super) choice: usize,
-    /// Where its sensors are, in words.
+    /// The places of its sensors, in words.
     pub(super) place: String,
     by: String,
     region_name: &'a str,
@@ -44,7 +44,7 @@ pub(super) fn leaders<'a>(results: &'a Results, rankings: &[Ranking]) -> Vec<Lea
 }
 
 impl Leader<'_> {
-    /// The title of what is told of it.
+    /// The title of its details.
     pub(super) fn title(&self) -> Markup {
         html! { h4 { "The best by " (self.by) " in region “" (self.region_name) "”: " (self.poses) } }
     }

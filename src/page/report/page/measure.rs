@@ -1,5 +1,5 @@
-//! What a report says of a choice of poses: the scores of the paper, and beside them what a safety review
-//! asks first. The formulas are `metrics`'.
+//! The measures of a choice of poses in a report: the scores of the paper, and those that a safety review asks first.
+//! The formulas are in `metrics`.
 
 use std::ops::Range;
 
@@ -8,15 +8,15 @@ use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::{Over, Results, RowKey, over};
 
-/// The scores that name a best: F1, as in the paper, and what a safety review asks first.
+/// The scores that name a best: F1, as in the paper, and those of a safety review.
 pub(super) const BESTS: [Score; 3] = [Score::F1, Score::HumanSeen, Score::PartsDetected];
 
-/// Whether its worst value is shown beside its mean: so for scores by which a best is named.
+/// Whether its worst value is shown next to its mean: for scores that name a best.
 pub(super) fn has_worst(score: Score) -> bool {
     BESTS.contains(&score)
 }
 
-/// As in headings of the page.
+/// The name in headings.
 pub(super) fn title(score: Score) -> String {
     match score {
         Score::Kappa => "κ".into(),
@@ -24,7 +24,7 @@ pub(super) fn title(score: Score) -> String {
     }
 }
 
-/// Whether it is a share of something, which the page writes as percent.
+/// Whether it is a share, which the page writes as percent.
 pub(super) fn is_share(score: Score) -> bool {
     !matches!(score, Score::F1 | Score::Kappa)
 }
@@ -37,7 +37,7 @@ pub(super) fn shown(score: Score, value: Option<f64>) -> String {
     }
 }
 
-/// A share with this many digits, not rounded to nothing or all unless it is.
+/// A share with this many digits, rounded to 0 % or 100 % only if exact.
 pub(super) fn percent(share: f64, digits: usize) -> String {
     let least = 0.1f64.powi(digits as i32);
     // Halves are rounded up.
@@ -50,10 +50,10 @@ pub(super) fn percent(share: f64, digits: usize) -> String {
     }
 }
 
-/// How many answers need no sensor; the upper bound stands behind them.
+/// The number of baselines without sensors; the upper bound follows them.
 const TRIVIAL: usize = 3;
 
-/// The name of an answer without a sensor, and its mean of each measure.
+/// The name of a baseline without sensors, and its mean of each measure.
 pub(super) type Baseline = (&'static str, [Option<f64>; SCORES]);
 
 /// Each measure of a choice over some moments and all repeats.
@@ -66,18 +66,18 @@ pub(super) fn choice_measures(
     Ok(Score::ALL.map(|score| over::summarize(&readings, score)))
 }
 
-/// The mean of each measure over some moments, for each answer that needs no sensor, and last for the best
-/// that any sensor of the study could give.
+/// The mean of each measure over some moments, for each baseline without sensors, and last the upper bound of any
+/// sensor of the study.
 pub(super) fn baseline_measures(results: &Results, moments: Range<usize>, region: usize) -> Vec<Baseline> {
     let all = Score::ALL.map(|score| results.baselines_over(moments.clone(), region, score));
     let one = |n: usize| (all[0][n].0, all.each_ref().map(|answers| answers[n].1.map(|over| over.mean)));
     let mut found: Vec<Baseline> = (0..=TRIVIAL).map(one).collect();
-    // The upper bound is the first there.
+    // The upper bound comes first there.
     found.rotate_left(1);
     found
 }
 
-/// The best of the answers that need no sensor, by the measure of this number.
+/// The best baseline without sensors, by a measure's index.
 pub(super) fn to_beat(baselines: &[Baseline], measure: usize) -> Option<(&'static str, f64)> {
     let with_value = baselines[..TRIVIAL].iter().filter_map(|(name, values)| Some((*name, values[measure]?)));
     with_value.reduce(|best, next| if next.1 > best.1 { next } else { best })

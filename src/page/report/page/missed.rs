@@ -1,4 +1,4 @@
-//! What a choice of poses misses in each scene, and why.
+//! The misses of a choice of poses in each scene, and their reasons.
 
 use maud::{Markup, html};
 
@@ -9,12 +9,12 @@ use perirobot_sweep::results::Results;
 /// The voxels that stay unknown in a scene at its worst moment.
 #[derive(Debug)]
 pub(super) struct MissedVoxels<'a> {
-    /// The scene, and its moment, in words.
+    /// The scene and its moment, in words.
     scene: String,
     why: &'a Explained,
 }
 
-/// What is explained of a choice that was asked about, scene by scene.
+/// The explained misses of a choice, scene by scene.
 pub(super) fn missed_voxels<'a>(
     results: &Results,
     cells: &'a Cells,
@@ -38,7 +38,7 @@ pub(super) fn missed_voxels<'a>(
 }
 
 impl MissedVoxels<'_> {
-    /// A line to open, with a table below it.
+    /// An expandable line with a table.
     pub(super) fn view(&self) -> Markup {
         let MissedVoxels { scene, why } = self;
         html! {

@@ -64,46 +64,45 @@ use surroundings::Surroundings;
 /// The name of the file in a sweep's folder.
 pub const REPORT: &str = "report.html";
 
-/// How many choices of poses of each region and representation are looked at voxel by voxel, unless others
-/// are wanted.
+/// Default number of choices of poses of each region and representation that are shown voxel by voxel.
 pub const LOOKED_AT: usize = 20;
 
-/// Width and height of the picture that stands where a browser has no WebGL.
+/// Width and height of the picture for browsers without WebGL.
 const PICTURE_PX: [u32; 2] = [640, 460];
 
-/// A finished sweep, and what it came from.
+/// A finished sweep with its sources.
 #[derive(Clone, Copy, Debug)]
 pub struct ReportedSweep<'a> {
-    /// What was found.
+    /// The results.
     pub results: &'a Results,
-    /// What was swept, and which runs on which devices counted it.
+    /// The manifest: what was swept, by which runs on which devices.
     pub manifest: &'a Manifest,
     /// The study that was swept.
     pub study: &'a Study,
     /// Its scenes at their moments.
     pub worlds: &'a [World],
-    /// The folder, in which `judge` and `approach` may have written.
+    /// The folder, possibly with files of `judge` and `approach`.
     pub folder: &'a Path,
-    /// The folder in the commands that the page tells.
+    /// The folder in printed commands.
     pub folder_in_commands: &'a Path,
-    /// What was asked and found where sets of sensors were chosen.
+    /// The question and answer of a search for the best sets.
     pub chosen: Option<&'a Chosen>,
-    /// What was asked and found where the cheapest set that passes was chosen.
+    /// The question and answer of a search for the cheapest set.
     pub purchase: Option<&'a PurchaseReport>,
-    /// Words of the command line besides the study that are needed to read the same files.
+    /// Arguments of the command line, besides the study, that are needed to read the same files.
     pub words: &'a [String],
-    /// What is said at the top of the page.
+    /// The note at the top of the page.
     pub note: Option<&'a str>,
 }
 
 impl ReportedSweep<'_> {
-    /// Whether each set of sensors has one choice of poses, as the sets of a front do: then there are no places to compare.
+    /// Whether each set of sensors has one choice of poses, as on a front: then there are no places to compare.
     fn has_fixed_poses(&self) -> bool {
         self.results.combinations.iter().all(|combination| combination.choices() == 1)
     }
 }
 
-/// The page of a sweep, with the choices of poses that it describes.
+/// The page of a sweep, with its detailed choices of poses.
 #[derive(Debug)]
 pub struct ReportPage<'a> {
     sweep: ReportedSweep<'a>,
@@ -126,12 +125,12 @@ impl<'a> ReportPage<'a> {
         Ok(ReportPage { sweep, rankings, judged, recommended, views })
     }
 
-    /// How many views [`ReportPage::html`] makes.
+    /// The number of views in [`ReportPage::html`].
     pub fn total(&self) -> u64 {
         self.views.total()
     }
 
-    /// The page as HTML. Its views are made on a backend; `progress` advances by each.
+    /// The page as HTML. A backend computes its views; `progress` advances by each.
     ///
     /// # Errors
     /// Those of the backend, and of a journal that cannot be read; `Error::Stopped`.
@@ -142,7 +141,7 @@ impl<'a> ReportPage<'a> {
         let cells = views.look((study, worlds), (results, rankings), backend, progress)?;
         let picture = recommended.map(|one| picture(sweep, rankings, one, backend)).transpose()?;
         let surroundings = Surroundings::new(study, &worlds[0])?;
-        // A cell of which it cannot be asked has its report nevertheless.
+        // A cell without computable ways still gets its report.
         let (ways, refused) = match recommended.map(|one| approaches::ways(sweep, one.choice(rankings))) {
             Some(Err(refused)) => (Vec::new(), Some(refused.to_string())),
             Some(Ok(ways)) => (ways, None),
@@ -191,29 +190,29 @@ impl<'a> ReportPage<'a> {
     }
 }
 
-/// What the page is made of.
+/// The inputs of the page.
 struct Findings<'a> {
     sweep: ReportedSweep<'a>,
     rankings: &'a [Ranking],
     /// The scores of each ranking.
     scores: &'a [Scores],
-    /// What is recommended; `None` where no choice has a score.
+    /// The recommended choice; `None` if no choice has a score.
     recommended: Option<&'a Recommended>,
     judged: &'a [JudgedChoice],
     cells: &'a Cells,
     surroundings: &'a Surroundings,
-    /// How bodies come near what is recommended, scene by scene.
+    /// The ways of bodies for the recommended choice, scene by scene.
     ways: &'a [Vec<Way>],
-    /// Why that cannot be told.
+    /// Why they cannot be computed.
     refused: Option<String>,
 }
 
-/// The time by the clock of the machine that writes the report.
+/// The local time of the machine.
 fn now(format: &str) -> String {
     chrono::DateTime::<chrono::Utc>::from(std::time::SystemTime::now()).format(format).to_string()
 }
 
-/// Draws what is recommended at the moment that is worst, as `render` would.
+/// Draws the recommended choice at its worst moment, by `render`.
 fn picture(
     sweep: &ReportedSweep,
     rankings: &[Ranking],
@@ -228,7 +227,7 @@ fn picture(
     Ok(format!("data:image/png;base64,{}", STANDARD.encode(png)))
 }
 
-/// The message of a browser that cannot run the script, mostly an old one.
+/// The message of a browser that cannot run the script, usually an old one.
 const FAILED: &str = r#"function failed(error) {
   const failure = document.getElementById("failure");
   failure.hidden = false;
@@ -236,7 +235,7 @@ const FAILED: &str = r#"function failed(error) {
   throw error;
 }"#;
 
-/// The script, in the order it is read.
+/// The parts of the script, in order.
 fn script() -> String {
     let own = [
         include_str!("scripts/read.js"),
@@ -253,8 +252,8 @@ fn script() -> String {
     format!("{FAILED}\n(async () => {{\n\"use strict\";\n{parts}}})().catch(failed);\n")
 }
 
-/// The policy that a browser enforces, whatever text of a stranger is in the page: run only this script, and
-/// fetch nothing.
+/// The content security policy, effective against any untrusted text in the page: run only this script, and fetch
+/// nothing.
 fn policy(script: &str) -> String {
     let script = STANDARD.encode(Sha256::digest(script.as_bytes()));
     format!(

@@ -1,4 +1,4 @@
-//! Mounting sheets of a choice of poses. The section that asks what instead explains their numbers.
+//! Mounting sheets of a choice of poses. The section `instead` explains their numbers.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -13,18 +13,18 @@ use perirobot_study::sensor::{Setting, Stance};
 use perirobot_study::world::World;
 use perirobot_study::world::place::room_m;
 
-/// How to mount one sensor.
+/// The mounting sheet of one sensor.
 #[derive(Debug)]
 pub(super) struct MountSheet {
-    /// As in the floor plan.
+    /// Its letter in the floor plan.
     pub(super) letter: String,
     pub(super) sensor: String,
     pub(super) pose: String,
-    /// What is measured, and its value.
+    /// Measured quantities, with their values.
     pub(super) lines: Vec<(String, String)>,
-    /// Plan and elevation of what is mounted in the cell.
+    /// Plan and elevation of a sensor mounted in the cell.
     pub(super) sketches: Vec<String>,
-    /// The device, as one orders it.
+    /// The device, for an order.
     pub(super) device: String,
 }
 
@@ -53,30 +53,30 @@ impl MountSheet {
     }
 }
 
-/// How sheets are read, with the compass of pan.
+/// How to read the sheets, with the compass of pan.
 pub(super) fn explain_sheets() -> Markup {
     html! {
         div.explained {
             (PreEscaped(compass()))
             p.hint {
                 "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and robots \
-                 left out. The thick line shows where the sensor looks. Pan is counted from x to y, seen from above; tilt is \
-                 above or below the horizon. Grey shows what stands there, blue a robot."
+                 left out. The thick line shows the sensor’s direction of view. Pan is counted from x to y, seen from above; tilt is \
+                 above or below the horizon. Grey areas are objects, blue ones robots."
             }
         }
     }
 }
 
-/// A sheet for each sensor of a choice that is mounted somewhere or has a setting.
+/// A sheet for each sensor of a choice that has a mount or a setting.
 pub(super) fn sheets(
     (study, worlds): (&Study, &[World]),
     surroundings: &Surroundings,
     combination: usize,
     choice: usize,
 ) -> Vec<MountSheet> {
-    let asked = &study.combinations[combination];
-    let candidates = asked.choice(choice);
-    let members = asked.members.iter().zip(candidates).enumerate();
+    let spec = &study.combinations[combination];
+    let candidates = spec.choice(choice);
+    let members = spec.members.iter().zip(candidates).enumerate();
     members
         .filter_map(|(number, (member, candidate))| {
             sheet((study, worlds), surroundings, letter(number), (member.sensor, candidate))
@@ -154,7 +154,7 @@ fn sheet(
     })
 }
 
-/// How far up or down something looks.
+/// A tilt with its direction.
 fn describe_tilt(tilt_deg: f64) -> String {
     let degrees = format!("{:.1}°", tilt_deg.abs());
     match degrees.as_str() {

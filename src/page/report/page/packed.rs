@@ -1,4 +1,4 @@
-//! Numbers and bytes as text that a page can hold: gzip, then base64, which browsers undo by themselves.
+//! Numbers and bytes as text in a page: gzip, then base64, which browsers decode.
 
 use std::io::Write;
 
@@ -6,36 +6,36 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::{Compression, write::GzEncoder};
 
-/// Bytes, compressed and spelt in letters.
+/// Bytes, compressed and encoded.
 pub(super) fn pack(bytes: &[u8]) -> String {
     let mut gzip = GzEncoder::new(Vec::new(), Compression::default());
     let written = gzip.write_all(bytes).and_then(|()| gzip.finish());
     STANDARD.encode(written.expect("memory takes all that is written"))
 }
 
-/// Numbers that a script finds by where they begin.
+/// Numbers that a script finds by their index.
 #[derive(Debug, Default)]
 pub(super) struct NumberTable(Vec<u8>);
 
 impl NumberTable {
-    /// How many there are.
+    /// Their number.
     pub(super) fn len(&self) -> usize {
         self.0.len() / 4
     }
 
-    /// Adds one; what has no value is NaN.
+    /// Adds one; NaN if it has no value.
     pub(super) fn push(&mut self, value: Option<f64>) {
         self.0.extend((value.unwrap_or(f64::NAN) as f32).to_le_bytes());
     }
 
-    /// The least of those from a place on; infinite where none has a value.
+    /// The least from a place on; infinite if none has a value.
     pub(super) fn least_from(&self, begin: usize) -> f64 {
         let numbers =
             self.0[4 * begin..].chunks_exact(4).map(|one| f32::from_le_bytes(one.try_into().unwrap()));
         f64::from(numbers.fold(f32::INFINITY, f32::min))
     }
 
-    /// All of them as text: little-endian floats of 32 bits.
+    /// All numbers as text: little-endian floats of 32 bits.
     pub(super) fn pack(&self) -> String {
         pack(&self.0)
     }

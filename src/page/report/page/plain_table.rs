@@ -1,4 +1,4 @@
-//! A table under its title, as several sections show it.
+//! A table under its title, for several sections.
 
 use maud::{Markup, html};
 

@@ -1,4 +1,4 @@
-//! What was asked, in a sentence or two, and the title of the page.
+//! The question, in a sentence or two, and the title of the page.
 
 use crate::report::apart::Writing;
 use crate::report::chosen_sets::{self, Spelling, describe_limits, four};
@@ -7,10 +7,10 @@ use crate::report::wording::{count, describe_moments};
 use perirobot_decide::cheapest::{PurchaseQuestion, PurchaseReport};
 use perirobot_study::input::PurchaseFront;
 
-/// Most sensors, combinations or scenes that are called by their names.
+/// Most sensors, combinations or scenes that are named.
 const MOST_NAMED: usize = 4;
 
-/// What a study asks for, in a sentence or two.
+/// The question of a study, in a sentence or two.
 pub(super) fn question(sweep: &ReportedSweep) -> String {
     let results = sweep.results;
     if let Some(chosen) = sweep.chosen {
@@ -38,7 +38,7 @@ pub(super) fn question(sweep: &ReportedSweep) -> String {
     )
 }
 
-/// What was asked for the cheapest set, in a sentence.
+/// The question for the cheapest set, in a sentence.
 fn purchase_question(report: &PurchaseReport, spelling: &Spelling) -> String {
     let PurchaseQuestion { at_most, budget, apart_m, disturb, always, then, front, sensors, require, .. } =
         &report.asked;
@@ -70,7 +70,7 @@ fn purchase_question(report: &PurchaseReport, spelling: &Spelling) -> String {
     }
 }
 
-/// Scores as the page calls them.
+/// Names of scores on the page.
 pub(super) const IN_WORDS: Spelling = Spelling {
     score: measure::title,
     over: describe_moments,
@@ -100,7 +100,7 @@ fn join_words<S: AsRef<str>>(names: &[S]) -> String {
 
 /// The title of the page, as a sentence.
 pub(super) fn title(sweep: &ReportedSweep) -> String {
-    // Those that were swept: a study may list more.
+    // The swept ones: a study may list more.
     let is_swept = |name: &str| {
         let mut members = sweep.results.combinations.iter().flat_map(|one| &one.members);
         members.any(|member| member.sensor == name)

@@ -1,5 +1,5 @@
-//! Which choices of poses a report describes in detail: the best ones of each region and representation; and
-//! what there is to say of all of them together. Every count of a sweep is looked at here, once.
+//! The choices of poses detailed in a report: the best ones of each region and representation; and summaries of all
+//! choices. Every count of a sweep is read here once.
 
 use std::ops::Range;
 
@@ -11,13 +11,13 @@ use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;
 
-/// The choices of one representation of one combination, the best first.
+/// The choices of one representation of one combination, best first.
 #[derive(Debug)]
 pub(super) struct Ranking {
-    /// Whose choices they are.
+    /// Its series.
     pub(super) series: Series,
-    /// By each of [`BESTS`], for each region, the choices that have a value over all scenes, the largest mean
-    /// first; equal ones by F1, then in study order.
+    /// By each of [`BESTS`], for each region, the choices that have a value over all scenes, largest mean first; equal
+    /// ones by F1, then in study order.
     by: [Vec<Vec<(usize, f64)>>; BESTS.len()],
     /// For each region and scene, each score of all choices.
     scenes: Vec<Vec<[Option<MeanSpread>; SCORES]>>,
@@ -28,15 +28,15 @@ pub(super) struct Ranking {
 pub(super) struct MeanSpread {
     /// Its five numbers.
     pub(super) distribution: Distribution,
-    /// How many there are in each of [`BINS`] equal parts from the smallest to the largest.
+    /// Their numbers in each of [`BINS`] equal parts from the smallest to the largest.
     pub(super) bins: Vec<u32>,
-    /// All of them, where they are few.
+    /// All means, if they are few.
     pub(super) single: Vec<f64>,
     /// The first of the best.
     best: (usize, f64),
 }
 
-/// As many choices are drawn one by one; of more, how many there are in each part of the range.
+/// The most choices drawn one by one; for more, a histogram is drawn.
 const MOST_SINGLE: usize = 300;
 
 /// Parts of a histogram.
@@ -69,11 +69,11 @@ fn ranking(results: &Results, series: Series) -> Result<Ranking> {
     let spreads = |means: &Means| Score::ALL.map(|score| MeanSpread::new(score, &means[score as usize]));
     for region in 0..results.regions.len() {
         let over_all = means(results, series, region, results.moments())?;
-        let of = |score: Score| over_all[score as usize].iter().copied();
-        let by_f1 = rank(Score::F1, of(Score::F1));
+        let means_by = |score: Score| over_all[score as usize].iter().copied();
+        let by_f1 = rank(Score::F1, means_by(Score::F1));
         for (by, score) in by.iter_mut().zip(BESTS) {
             let means = &over_all[score as usize];
-            // The sort is stable, so that F1 decides between equal ones; all that have a value have an F1.
+            // The sort is stable, so F1 decides between equal ones; all with a value have an F1.
             let mut all: Vec<_> =
                 by_f1.iter().filter_map(|&(choice, _)| Some((choice, means[choice]?))).collect();
             all.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -120,8 +120,8 @@ pub(super) fn maxima_of(
     Maxima::new(combination, (0..results.scenes.len()).map(of_scene).collect())
 }
 
-/// The first choice of each ranking in a region by one of [`BESTS`], the best first: the ranking's number,
-/// the choice, and its score.
+/// The first choice of each ranking in a region by one of [`BESTS`], best first: the ranking's index, the choice, and
+/// its score.
 pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(usize, (usize, f64))> {
     let first =
         |(number, ranking): (usize, &Ranking)| Some((number, *ranking.choices_by(best)[region].first()?));
@@ -132,7 +132,7 @@ pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(u
 }
 
 impl Ranking {
-    /// A score of all choices in a region and scene; `None` where no choice has a value.
+    /// A score of all choices in a region and scene; `None` if no choice has a value.
     pub(super) fn spread(&self, region: usize, scene: usize, score: Score) -> Option<&MeanSpread> {
         self.scenes[region][scene][score as usize].as_ref()
     }
@@ -142,8 +142,8 @@ impl Ranking {
         &self.by[best]
     }
 
-    /// At most so many choices, each once: the best of each region by each of [`BESTS`], then the second best
-    /// of each, and so on; those without a score last.
+    /// At most `most` choices, each once: the best of each region by each of [`BESTS`], then the second best of each,
+    /// and so on; those without a score last.
     pub(super) fn first(&self, most: usize, choices: usize) -> Vec<usize> {
         let mut taken = vec![false; choices];
         let mut first = Vec::new();
@@ -171,7 +171,7 @@ mod tests {
         let spread = MeanSpread::new(Score::Unknown, &[Some(0.5), None, Some(0.25), Some(0.75)]).unwrap();
         let filled: Vec<usize> = (0..BINS).filter(|&bin| spread.bins[bin] > 0).collect();
         assert_eq!((filled, spread.bins.iter().sum()), (vec![0, BINS / 2, BINS - 1], 3));
-        // The least is the best of what should be small.
+        // The smallest is the best if less is better.
         assert_eq!(spread.best, (2, 0.25));
         assert_eq!(MeanSpread::new(Score::F1, &[Some(0.5); 3]).unwrap().bins[0], 3);
         assert_eq!(MeanSpread::new(Score::F1, &[None]), None);

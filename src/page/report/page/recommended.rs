@@ -1,4 +1,4 @@
-//! Which choice of poses a report recommends, by which rule, and the moment at which it is drawn.
+//! The recommended choice of poses, the rule that selects it, and the drawn moment.
 
 use super::judged::JudgedChoice;
 use super::measure::BESTS;
@@ -14,25 +14,25 @@ use perirobot_march::metrics::Score;
 use perirobot_study::input::{Counted, Requirement};
 use perirobot_sweep::results::{Results, RowKey};
 
-/// A choice of poses, and in which region it is the best.
+/// A choice of poses, and the region in which it is the best.
 #[derive(Clone, Debug)]
 pub(super) struct Recommended {
-    /// The number of its ranking.
+    /// The index of its ranking.
     pub(super) series: usize,
     pub(super) choice: usize,
     pub(super) region: usize,
-    /// By which score it is looked at.
+    /// The score of its view.
     pub(super) score: Score,
-    /// Of what it is the best, and by what, in words.
+    /// Its distinction and the rule, in words.
     pub(super) why: String,
-    /// For each scene the moment at which that score is the worst.
+    /// For each scene the moment with the worst score.
     pub(super) moments: Vec<usize>,
-    /// The scene in which the score is the worst of all.
+    /// The scene with the worst score.
     pub(super) scene: usize,
 }
 
 impl Recommended {
-    /// Its poses, to be looked at.
+    /// Its poses, for a view.
     pub(super) fn choice(&self, rankings: &[Ranking]) -> Choice {
         let Series { combination, representation } = rankings[self.series].series;
         Choice { combination, choice: self.choice, representation, repeat: 0 }
@@ -50,11 +50,10 @@ impl Recommended {
     }
 }
 
-/// What is recommended: the cheapest set that passes, or comes nearest, where that was chosen; else the cheapest of the
-/// choices that were judged and meet all requirements; else of sets that were
-/// chosen the best one; else the choice that meets the most requirements of the
-/// study as planned; else that which detects most body parts in the region with people at most moments, then has the highest F1;
-/// where there are no people, that with the highest F1 in the first region. `None` where no choice has a score.
+/// The recommended choice: the chosen cheapest set that passes, or comes nearest; else the cheapest judged choice that
+/// meets all requirements; else the best of chosen sets; else the choice that meets the most requirements of the study
+/// as planned; else the choice that detects most body parts in the region with people at most moments, then has the
+/// highest F1; without people, the highest F1 in the first region. `None` if no choice has a score.
 pub(super) fn recommend(
     sweep: &ReportedSweep,
     rankings: &[Ranking],
@@ -85,7 +84,7 @@ pub(super) fn recommend(
     Ok(Some(Recommended { series, choice, region, score, why, moments, scene }))
 }
 
-/// For each scene the moment at which a score is the worst, and the scene in which it is the worst of all.
+/// For each scene the moment with the worst score, and the scene with the worst of all.
 ///
 /// # Errors
 /// Those of a journal that cannot be read.
@@ -104,15 +103,15 @@ pub(super) fn worst_moments(sweep: &ReportedSweep, key: RowKey, score: Score) ->
     Ok((moments, worst.map_or(0, |(scene, _)| scene)))
 }
 
-/// Ranking, choice, region, score, and why.
+/// Ranking, choice, region, score, and the reason.
 type Found = (usize, usize, usize, Score, String);
 
-/// How many choices of poses there are.
+/// The number of choices of poses.
 fn count(results: &Results) -> usize {
     results.combinations.iter().map(|combination| combination.choices()).fold(0, usize::saturating_add)
 }
 
-/// The number of the ranking of a combination in a representation.
+/// The index of the ranking of a combination in a representation.
 pub(super) fn series_of(rankings: &[Ranking], combination: usize, representation: usize) -> Option<usize> {
     rankings
         .iter()
@@ -141,7 +140,7 @@ pub(super) fn region_of(sweep: &ReportedSweep, region: &str) -> Option<usize> {
     sweep.results.regions.iter().position(|name| name == region)
 }
 
-/// The first score that is required, and its region; else F1.
+/// The first required score, and its region; else F1.
 fn required_score(sweep: &ReportedSweep) -> (usize, Score) {
     let counted = sweep.study.requirements.iter().find_map(Requirement::counted_score);
     counted.map_or((0, Score::F1), |counted| (counted.region, counted.score))
@@ -160,7 +159,7 @@ fn recommend_purchased(sweep: &ReportedSweep, rankings: &[Ranking]) -> Option<Fo
     Some((series, 0, region, score, describe_recommended(report)))
 }
 
-/// Of what the recommended set is the best, in words.
+/// The distinction of the recommended set, in words.
 fn describe_recommended(report: &PurchaseReport) -> String {
     let main = report.main();
     match (&main.set, &main.no_set_below) {
@@ -182,7 +181,7 @@ fn describe_recommended(report: &PurchaseReport) -> String {
     }
 }
 
-/// The combination of a set among what was swept.
+/// The combination of a set in the sweep.
 pub(super) fn purchased_set(sweep: &ReportedSweep, set: &PurchasedSet) -> Option<usize> {
     sweep.results.combinations.iter().position(|one| one.name_of(0) == set.poses())
 }
@@ -207,7 +206,7 @@ fn recommend_chosen(sweep: &ReportedSweep, rankings: &[Ranking], judged: &[Judge
 
 fn recommend_required(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Found>> {
     let required = &sweep.study.requirements;
-    // How near bodies come is not known of a sweep.
+    // A sweep has no approach distances.
     let Some(&Counted { region, score, .. }) = required.iter().find_map(Requirement::counted_score) else {
         return Ok(None);
     };
@@ -222,14 +221,16 @@ fn recommend_required(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Opt
 }
 
 fn recommend_scored(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
-    let by = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
+    let index = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
     for (score, words) in [(Score::PartsDetected, "body parts detected, then F1"), (Score::F1, "F1")] {
-        // Of several regions the first of those where the score has a value at most moments.
+        // Of several regions, the first of those where the score has a value at most moments.
         let mut found: Option<(usize, Found)> = None;
         for region in 0..results.regions.len() {
             let mut best: Option<(usize, usize, [f64; 2], usize)> = None;
             for (series, ranking) in rankings.iter().enumerate() {
-                let Some(&(choice, value)) = ranking.choices_by(by(score))[region].first() else { continue };
+                let Some(&(choice, value)) = ranking.choices_by(index(score))[region].first() else {
+                    continue;
+                };
                 let own =
                     measure::choice_measures(results, results.moments(), ranking.series.key(choice, region))?;
                 let merit = [value, own[0].map_or(f64::NEG_INFINITY, |over| over.mean)];

@@ -1,5 +1,5 @@
-//! A chart of one score in one region: the page shows some when it opens and holds the others compressed; the script shows
-//! those of the selected score, and marks the selected choice where the chart says.
+//! A chart of one score in one region: the page shows some initially and contains the others compressed; the script
+//! shows those of the selected score, and marks the selected choice at the chart's marks.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -9,16 +9,16 @@ use crate::report::charts::sheet::{Sheet, cut, width_of};
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
-/// How wide it is: about a phone, so that words are as large there as they are drawn.
+/// Its width: about that of a phone, so that words appear there in their drawn size.
 pub(super) const WIDTH: f64 = 360.0;
 
-/// How much wider letters are on screens, whose fonts differ, than in print.
+/// Ratio of the width of letters on screens, whose fonts differ, to print.
 const SCREEN: f64 = 1.14;
 
-/// Room between a row and its name.
+/// Gap between a row and its name.
 const GAP: f64 = 6.0;
 
-/// The scores whose distributions are always looked at.
+/// The scores of the initial distributions.
 pub(super) const ALWAYS: [Score; 4] = [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected];
 
 /// The charts of each score in each region at one place of the page.
@@ -26,7 +26,7 @@ pub(super) const ALWAYS: [Score; 4] = [Score::F1, Score::Kappa, Score::HumanSeen
 pub(super) struct ScoreCharts {
     pub(super) place: &'static str,
     pub(super) charts: Vec<ScoreChart>,
-    /// The scores that are shown when the page opens, and without scripts.
+    /// The scores of the initial page, also without scripts.
     pub(super) first: &'static [Score],
 }
 
@@ -35,29 +35,29 @@ impl ScoreCharts {
         self.charts.iter().filter(move |chart| self.first.contains(&chart.score) == are_first)
     }
 
-    /// Those that are shown first.
+    /// The initial charts.
     pub(super) fn view(&self) -> Markup {
         html! { div.plots id=(self.place) { @for chart in self.charts(true) { (chart.view()) } } }
     }
 
-    /// The others, which the page holds compressed.
+    /// The others, compressed into the page.
     pub(super) fn others(&self) -> Markup {
         html! { div data-place=(self.place) { @for chart in self.charts(false) { (chart.view()) } } }
     }
 }
 
-/// A chart and what it is of.
+/// A chart with its subject.
 #[derive(Debug)]
 pub(super) struct ScoreChart {
     region: usize,
     score: Score,
     title: String,
-    /// `None` where no choice has a value.
+    /// `None` if no choice has a value.
     drawn: Option<(String, AxisScale)>,
 }
 
 impl ScoreChart {
-    /// What a function draws on an empty sheet with a scale.
+    /// The drawing of a function on an empty sheet with a scale.
     pub(super) fn new(
         results: &Results,
         (region, score): (usize, Score),
@@ -88,22 +88,22 @@ impl ScoreChart {
     }
 }
 
-/// What is written below an axis.
+/// The words below an axis.
 pub(super) fn axis_words(score: Score) -> &'static str {
     if score.less_is_better() { "less is better" } else { "more is better" }
 }
 
-/// About how wide words are on a screen.
+/// Approximate width of words on a screen.
 pub(super) fn screen_width(words: &str) -> f64 {
     SCREEN * width_of(words)
 }
 
-/// Room for names at the left, at most a part of the width.
+/// Width of the names at the left, at most a part of the total.
 pub(super) fn names_width<'a>(names: impl Iterator<Item = &'a str>, most: f64) -> f64 {
     names.map(|name| 2.0 * GAP + screen_width(name)).fold(0.0, f64::max).min(most * WIDTH)
 }
 
-/// Writes the name of a row before it.
+/// Writes the name of a row in front of it.
 pub(super) fn write_name(sheet: &mut Sheet, left: f64, y: f64, name: &str) {
     sheet.words("end", [left - GAP, y], &cut(name, (left - GAP) / SCREEN));
 }

@@ -1,5 +1,5 @@
-//! The scores of a report's choices of poses as numbers that its script reads: over all scenes, over each,
-//! and at each moment of scenes that move.
+//! The scores of a report's choices of poses as numbers for its script: over all scenes, over each, and at each moment
+//! of moving scenes.
 
 use std::ops::Range;
 
@@ -13,20 +13,20 @@ use perirobot_march::Result;
 use perirobot_march::metrics::SCORES;
 use perirobot_sweep::results::Results;
 
-/// Most scores in a report: 4 MB before they are compressed and spelt in letters.
+/// Most scores in a report: 4 MB before compression and encoding.
 const MOST_SCORES: usize = 1_000_000;
 
 /// Most scores at single moments.
 const MOST_AT_MOMENTS: usize = 400_000;
 
-/// Where the scores of some choices are.
+/// The places of the scores of some choices.
 #[derive(Debug, Serialize)]
 pub(super) struct ScoresAt {
-    /// The choices, if they are not all.
+    /// The choices, if not all.
     choices: Option<Vec<usize>>,
-    /// How many there are.
+    /// Their number.
     count: usize,
-    /// Place of the first number. They follow by region, extent, measure and choice, the last fastest.
+    /// Index of the first number. They are ordered by region, extent, measure and choice, the last fastest.
     begin: usize,
 }
 
@@ -35,14 +35,14 @@ pub(super) struct ScoresAt {
 pub(super) struct Scores {
     /// Over all scenes (extent 0), then over each, if there are several.
     over: ScoresAt,
-    /// At each moment of all scenes; `None` where none moves.
+    /// At each moment of all scenes; `None` if none moves.
     at_moments: Option<ScoresAt>,
     /// The least of them.
     #[serde(skip)]
     pub(super) least_at_moments: f64,
 }
 
-/// The scores of every ranking's best choices, of as many as there is room for.
+/// The scores of every ranking's best choices, as many as fit.
 pub(super) fn scores(
     results: &Results,
     rankings: &[Ranking],

@@ -1,4 +1,4 @@
-//! The mounting sheets of one set as a page of their own, for whoever mounts them: the floor plan, and a sheet each.
+//! The mounting sheets of one set as a separate page, for the technicians: the floor plan, and a sheet for each sensor.
 
 use maud::{DOCTYPE, PreEscaped, html};
 
@@ -11,10 +11,10 @@ use perirobot_march::Result;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
 
-/// A browser shows it, and runs and fetches nothing.
+/// The browser neither runs nor fetches anything.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'";
 
-/// The page of the first choice of poses of a combination. `note` is said at its top.
+/// The page of the first choice of poses of a combination. `note` is printed at its top.
 ///
 /// # Errors
 /// Those of files of the scenes.

@@ -1,5 +1,5 @@
-//! A mounting sheet as a drawing: where a sensor is in plan and in elevation among what stands there, with the distances
-//! that are measured to the next surfaces, and the angles. No label covers another.
+//! A mounting sheet as a drawing: a sensor in plan and in elevation among the objects, with the measured distances to
+//! the next surfaces, and the angles. Labels do not overlap.
 
 pub(super) mod compass;
 pub(super) mod things;
@@ -16,32 +16,32 @@ use perirobot_study::sensor::Stance;
 use perirobot_study::sensor::turned::Turned;
 use things::{Patch, Thing};
 
-/// Size of a drawing, and the room around the cell in it.
+/// Size of a drawing, and the margin around the cell.
 const SIZE: [f64; 2] = [340.0, 250.0];
 const EDGE: [f64; 2] = [30.0, 34.0];
-/// How long the line is that shows where the sensor looks, and the radius of the disc with the sensor's letter.
+/// The length of the line in the sensor's direction of view, and the radius of the disc with the sensor's letter.
 const LOOK: f64 = 46.0;
 const DISC: f64 = 8.0;
 /// Letters of a name, their size, and the height of the lines of the title and the angles.
 const LONGEST: usize = 24;
 const LETTERS: f64 = 12.0;
 const MARGIN: f64 = 22.0;
-/// Most things that have their names in a drawing; the others have them under the mouse.
+/// Most objects with names in a drawing; the others have tooltips.
 const MOST_NAMED: usize = 6;
 
-/// What a sketch shows.
+/// The contents of a sketch.
 pub(super) struct Sketch<'a> {
     pub(super) letter: &'a str,
     pub(super) pose: &'a Pose,
     pub(super) stance: Stance,
     pub(super) room_m: [DVec3; 2],
     pub(super) around: &'a Around,
-    /// Those of what is around.
+    /// The names of the surroundings.
     pub(super) names: &'a [String],
     pub(super) things: &'a [Thing],
 }
 
-/// A view of the cell along an axis: which axis goes to the right and which goes up.
+/// A view of the cell along an axis: the axes to the right and up.
 struct ViewSide {
     across: usize,
     up: usize,
@@ -57,7 +57,7 @@ impl ViewSide {
         let size = (high - low).max(DVec3::splat(1e-3));
         let room = |axis: usize, n: usize| (SIZE[n] - 2.0 * EDGE[n]) / size[axis];
         let scale = room(across, 0).min(room(up, 1));
-        // The title and the angles have lines of their own.
+        // The title and the angles have their own lines.
         let labels = PlacedLabels::new([2.0, MARGIN, SIZE[0] - 2.0, SIZE[1] - MARGIN]);
         ViewSide { across, up, low, high, scale, svg: Svg::default(), labels }
     }
@@ -85,7 +85,7 @@ impl ViewSide {
         self.words(class, [x, y + LETTERS / 3.0], "middle", words);
     }
 
-    /// The cell, and what stands in it.
+    /// The cell, and its objects.
     fn begin(&mut self, title: &str, things: &[Thing]) {
         let ([left, bottom], [right, top]) = (self.project(self.low), self.project(self.high));
         let room = format!("M{left} {top}H{right}V{bottom}H{left}Z");
@@ -111,7 +111,7 @@ impl ViewSide {
         self.words("name", [8.0, 16.0], "start", title);
     }
 
-    /// The sensor, and where it looks.
+    /// The sensor with its direction of view.
     fn draw_sensor(&mut self, pose: &Pose, letter: &str) {
         let [x, y] = self.project(pose.position_m);
         let ahead = pose.link().x_axis;
@@ -129,7 +129,7 @@ impl ViewSide {
         self.labels.take([x - DISC, y - DISC, x + DISC, y + DISC]);
     }
 
-    /// A distance from the sensor along an axis, if something is there.
+    /// A distance from the sensor along an axis, if there is a surface.
     fn dimension(&mut self, from: DVec3, around: &Around, axis: usize, names: &[String]) {
         let Some((way, metres, object)) = nearer(around, axis) else { return };
         let mut to = from;
@@ -145,7 +145,7 @@ impl ViewSide {
         let words = format!("{metres:.3} m to {}", shorten(&names[object]));
         let half = words.chars().count() as f64 * 0.3 * LETTERS + 1.0;
         let [x, y] = [(ax + bx) / 2.0, (ay + by) / 2.0];
-        // Beside the middle of the line, else farther and farther away from it; always inside of the drawing.
+        // Next to the middle of the line, else farther and farther away from it; always inside the drawing.
         let inside = |x: f64| x.clamp(half + 3.0, SIZE[0] - half - 3.0);
         let steps = (0..9).map(|n| f64::from(n) * 14.0);
         let places = steps.flat_map(|far| match is_across {
@@ -156,13 +156,13 @@ impl ViewSide {
                 .collect(),
         });
         let places = places.chain((0..12).map(|n| [SIZE[0] / 2.0, MARGIN + 10.0 + f64::from(n) * 15.0]));
-        // A distance is written in any case.
+        // A distance is always written.
         let beside = [inside(x), y];
         let at = self.labels.place_at(&words, LETTERS, places).unwrap_or(beside);
         self.write_at("value", at, &words);
     }
 
-    /// The names of the largest things, in or beside them, as far as there is room.
+    /// The names of the largest objects, in or beside them, if there is room.
     fn name(&mut self, things: &[Thing]) {
         let axis = 3 - self.across - self.up;
         let mut named: Vec<(&Thing, Patch)> =
@@ -187,7 +187,7 @@ impl ViewSide {
     }
 }
 
-/// A name that has room in a drawing.
+/// A name shortened for a drawing.
 fn shorten(name: &str) -> String {
     match name.chars().count() > LONGEST {
         true => name.chars().take(LONGEST - 1).chain(['…']).collect(),
@@ -195,7 +195,7 @@ fn shorten(name: &str) -> String {
     }
 }
 
-/// The nearer surface along an axis: its way, how far it is, and the object.
+/// The nearer surface along an axis: its direction, distance and object.
 fn nearer(around: &Around, axis: usize) -> Option<(usize, f64, usize)> {
     let ways = [2 * axis, 2 * axis + 1].into_iter();
     let found = ways.filter_map(|way| around[way].map(|(metres, object)| (way, metres, object)));
@@ -203,14 +203,14 @@ fn nearer(around: &Around, axis: usize) -> Option<(usize, f64, usize)> {
 }
 
 impl Sketch<'_> {
-    /// Plan and elevation of a sensor that is mounted in the cell. The elevation is seen along the axis that the sensor
-    /// looks along the least.
+    /// Plan and elevation of a sensor mounted in the cell. The elevation looks along the axis that is farthest from the
+    /// sensor's direction of view.
     pub(super) fn views(&self) -> [String; 2] {
         let ahead = self.pose.link().x_axis;
         let along = if ahead.x.abs() >= ahead.y.abs() { 0 } else { 1 };
         let turned = Turned::new(self.pose);
         let plan = self.view([0, 1], "plan: x to the right, y up", self.around);
-        // From the floor, as it is measured, even where the ceiling is nearer.
+        // From the floor, as measured on site, even if the ceiling is nearer.
         let mut from_floor = *self.around;
         if from_floor[4].is_some() {
             from_floor[5] = None;
@@ -277,7 +277,7 @@ mod tests {
                     things: &[fence],
                 }
                 .views();
-                let said = drawn.each_ref().map(|svg| {
+                let texts = drawn.each_ref().map(|svg| {
                     assert!(svg.contains("class=\"thing\"") && svg.contains(">fence<"), "{svg}");
                     let document = roxmltree::Document::parse(svg).unwrap();
                     let mut boxes: Vec<[f64; 4]> = Vec::new();
@@ -303,13 +303,13 @@ mod tests {
                     words.collect::<Vec<_>>()
                 });
                 let near = 3.0 - x.abs();
-                assert!(said[0].contains(&format!("{near:.3} m to hall <1>")), "{said:?}");
-                assert!(said[0].contains(&"0.050 m to hall <1>".to_string()), "{said:?}");
+                assert!(texts[0].contains(&format!("{near:.3} m to hall <1>")), "{texts:?}");
+                assert!(texts[0].contains(&"0.050 m to hall <1>".to_string()), "{texts:?}");
                 assert!(
-                    said[1].contains(&"1.700 m to table".to_string()),
-                    "the height, not the ceiling: {said:?}"
+                    texts[1].contains(&"1.700 m to table".to_string()),
+                    "the height, not the ceiling: {texts:?}"
                 );
-                assert!(said[1].iter().any(|text| text.starts_with("tilt -28.6°")), "{said:?}");
+                assert!(texts[1].iter().any(|text| text.starts_with("tilt -28.6°")), "{texts:?}");
             }
         }
     }

@@ -1,6 +1,6 @@
-//! Measures the distance from a place to the next surface of the cell along each axis, as with a tape
-//! measure, and names its object. Surfaces are those of the scene's files, not voxels; people and robots are
-//! left out. A side of the room itself is named as the wall, floor or ceiling that it is.
+//! Measures the distance from a place to the next surface of the cell along each axis, as with a tape measure, and
+//! names its object. Surfaces are those of the scene's files, not voxels; people and robots are left out. A side of the
+//! room itself is named as wall, floor or ceiling.
 
 use std::collections::HashMap;
 
@@ -16,7 +16,7 @@ use perirobot_study::input::Study;
 use perirobot_study::world::World;
 use perirobot_study::world::place::{is_room, names_of_walls, room_m};
 
-/// A surface as near as this touches the place, and counts as below or before it, never as above or behind.
+/// A surface this close touches the place, and counts as below or in front of it, never as above or behind.
 const TOUCHING_M: f64 = 1e-6;
 
 /// A lower object is named if it is at least this high: a fence, a shelf or a cabinet, but not a pallet.
@@ -28,24 +28,24 @@ const BELOW_TOP_M: f64 = 0.001;
 /// A surface of the room at most this far from its end is its wall, floor or ceiling.
 const SIDE_M: f64 = 0.6;
 
-/// The directions that are measured, in order.
+/// The measured directions, in order.
 pub(super) const WAYS: [&str; 6] = ["towards −x", "towards +x", "towards −y", "towards +y", "down", "up"];
 
-/// For each way, how far it is in metres, and to which object by its index; `None` where nothing is.
+/// For each direction, the distance in metres, and the index of the object; `None` without a surface.
 pub(super) type Around = [Option<(f64, usize)>; 6];
 
-/// An object that ends below a place, in one of the first four ways.
+/// An object that ends below a place, in one of the first four directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LowerObject {
-    /// How far it is, level.
+    /// The horizontal distance.
     pub(super) away_m: f64,
-    /// How far its top is below the place.
+    /// The height of the place above its top.
     pub(super) below_m: f64,
     /// Its index.
     pub(super) object: usize,
 }
 
-/// The surfaces of a scene's first snapshot, and what stands there.
+/// The surfaces of a scene's first snapshot, and its objects.
 #[derive(Debug)]
 pub(super) struct Surroundings {
     scene: Scene,
@@ -58,10 +58,10 @@ pub(super) struct Surroundings {
 }
 
 impl Surroundings {
-    /// Of the study's first scene, which is that of the world.
+    /// The surfaces of the study's first scene, which is that of the world.
     ///
     /// # Errors
-    /// When its files cannot be read any more.
+    /// If its files cannot be read any more.
     pub(super) fn new(study: &Study, world: &World) -> Result<Surroundings> {
         let scene = build(&study.scenes[0], &study.sources, study.voxel_size_m)?.swap_remove(0);
         let truth = world.truth();
@@ -81,24 +81,24 @@ impl Surroundings {
         objects.chain(self.sides.clone()).collect()
     }
 
-    /// What stands in the room.
+    /// The objects in the room.
     pub(super) fn things(&self) -> &[Thing] {
         &self.things
     }
 
-    /// The number of what is next along a way: the room's side if it is one, else the object.
+    /// The name index of the next surface along a direction: the room's side if it is one, else the object.
     fn named(&self, way: usize, place: f64, object: usize) -> usize {
         let is_side = self.are_rooms[object] && (place - self.room_m[way % 2][way / 2]).abs() <= SIDE_M;
         if is_side { self.scene.objects.len() + way } else { object }
     }
 
-    /// What is around many places, each of them measured once.
+    /// The surroundings of many places, each measured once.
     pub(super) fn measure_all(&self, places: impl Iterator<Item = DVec3>) -> HashMap<[u64; 3], Around> {
         let all: HashMap<[u64; 3], DVec3> = places.map(|at| (key(at), at)).collect();
         all.into_par_iter().map(|(key, at)| (key, self.measure(at))).collect()
     }
 
-    /// What is around a place.
+    /// The surroundings of a place.
     pub(super) fn measure(&self, at: DVec3) -> Around {
         let mut around: Around = [None; 6];
         for (index, object) in self.environment() {
@@ -119,8 +119,8 @@ impl Surroundings {
         around
     }
 
-    /// The next object in each of the first four ways that ends below a place and is nearer than what is around it: a
-    /// fence under a sensor that is mounted above it.
+    /// The next object in each of the first four directions that ends below a place and is nearer than its
+    /// surroundings: a fence under a sensor that is mounted above it.
     pub(super) fn measure_lower(&self, at: DVec3, around: &Around) -> [Option<LowerObject>; 4] {
         let mut lower: [Option<LowerObject>; 4] = [None; 4];
         for (object, it) in self.environment().filter(|(object, _)| !self.are_rooms[*object]) {
@@ -139,14 +139,14 @@ impl Surroundings {
         lower
     }
 
-    /// What is measured: neither people nor robots.
+    /// The measured objects: neither people nor robots.
     fn environment(&self) -> impl Iterator<Item = (usize, &Object)> {
         let objects = self.scene.objects.iter().enumerate().map(|(index, object)| (index, &**object));
         objects.filter(|(_, object)| object.role == Role::Environment && !object.tag_only)
     }
 }
 
-/// What a line through a place along an axis meets: the way, and how far.
+/// The surfaces on a line through a place along an axis: direction and distance.
 fn hits(surface: &Surface, at: DVec3, axis: usize) -> Vec<(usize, f64)> {
     let mut met = Vec::new();
     let mut hit = |metres: f64| {
@@ -174,12 +174,12 @@ fn heights_m(surface: &Surface) -> Option<[f64; 2]> {
     }
 }
 
-/// A place to look up.
+/// A place as a hash key.
 pub(super) fn key(at: DVec3) -> [u64; 3] {
     at.to_array().map(f64::to_bits)
 }
 
-/// Where a line through a place along an axis meets triangles, their edges included. Triangles that contain
+/// The intersections of a line through a place along an axis with triangles, including edges. Triangles that contain
 /// the line do not count: their neighbours do.
 fn hit_triangles(mesh: &Mesh, at: DVec3, axis: usize, hit: &mut impl FnMut(f64)) {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -192,7 +192,7 @@ fn hit_triangles(mesh: &Mesh, at: DVec3, axis: usize, hit: &mut impl FnMut(f64))
         if !inside(u) || !inside(v) {
             continue;
         }
-        // Twice the areas, with sign, of the triangles that the place makes with each edge.
+        // Twice the signed areas of the triangles between the place and each edge.
         let area = |a: DVec3, b: DVec3| (a[u] - at[u]) * (b[v] - at[v]) - (a[v] - at[v]) * (b[u] - at[u]);
         let [a, b, c] = corners;
         let weights = [area(b, c), area(c, a), area(a, b)];
@@ -204,7 +204,7 @@ fn hit_triangles(mesh: &Mesh, at: DVec3, axis: usize, hit: &mut impl FnMut(f64))
     }
 }
 
-/// The same for voxels, in edges of a voxel: where the line comes in and goes out.
+/// The same for voxels, in edges of a voxel: entry and exit of the line.
 fn hit_voxels(keys: &[[i32; 3]], at: DVec3, axis: usize, hit: &mut impl FnMut(f64)) {
     let cell = at.floor();
     for key in keys {
@@ -317,7 +317,7 @@ mod tests {
         };
         let fence = LowerObject { away_m: 1.125, below_m: 0.5, object: 5 };
         assert_eq!(lower(2.0), [None, Some(fence), None, None]);
-        // Level with a fence, the fence itself is around it.
+        // Level with a fence, the fence itself is the next surface.
         assert_eq!(lower(1.4), [None; 4]);
     }
 

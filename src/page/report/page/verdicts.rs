@@ -1,5 +1,5 @@
-//! The verdicts on what a study requires of a choice: those of `judge`, as far as they are of what the study requires
-//! now; where it has not judged the choice, what the sweep decides. What nothing decides is OPEN.
+//! The verdicts on the study's requirements for a choice: those of `judge`, if they match the current requirements;
+//! without a judgement, those decided by the sweep. Undecided ones are OPEN.
 
 use std::cmp::Ordering;
 
@@ -26,21 +26,21 @@ const OTHERWISE: &str =
 /// A requirement under a condition.
 #[derive(Clone, Debug)]
 pub(crate) struct ShownVerdict {
-    /// PASS, FAIL, or OPEN where nothing has decided it.
+    /// PASS, FAIL, or OPEN if it is undecided.
     pub(crate) verdict: &'static str,
     pub(crate) name: String,
     pub(crate) words: String,
-    /// The verdict in few words: `missed with one sensor dead (30 %)`.
+    /// The verdict in a few words: `missed with one sensor dead (30 %)`.
     pub(super) brief: String,
 }
 
-/// The verdicts on a requirement, one for each of its conditions, and all of them together.
+/// The verdicts on a requirement, one for each of its conditions.
 #[derive(Clone, Debug)]
 pub(crate) struct ShownRequirement {
     pub(crate) name: String,
     /// The score and its limit.
     pub(crate) asked: String,
-    /// The safety function that it stands for.
+    /// The safety function that it represents.
     pub(crate) safety_function: Option<String>,
     pub(crate) verdicts: Vec<ShownVerdict>,
 }
@@ -53,21 +53,21 @@ impl ShownRequirement {
         any("FAIL").or(any("OPEN")).unwrap_or("PASS")
     }
 
-    /// The safety function that it stands for, if the study says so.
+    /// The safety function that it represents, if the study has one.
     pub(super) fn view_safety_function(&self) -> Markup {
         html! { @if let Some(words) = &self.safety_function { " " em { "for " (words) } } }
     }
 
-    /// What was found under each condition.
+    /// The results under each condition.
     pub(crate) fn describe_found(&self) -> String {
         self.verdicts.iter().map(|one| one.brief.as_str()).collect::<Vec<_>>().join(", ")
     }
 }
 
-/// Where the verdicts on a choice that was not judged are from, and the verdicts, in the order of the study.
+/// The source of the verdicts on a choice without a judgement, and the verdicts, in the order of the study.
 ///
 /// # Errors
-/// When a journal cannot be read any more.
+/// If a journal cannot be read any more.
 pub(super) fn not_judged(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<ShownRequirement>)> {
     match sweep.study.requirements.is_empty() {
         true => {
@@ -78,8 +78,8 @@ pub(super) fn not_judged(sweep: &ReportedSweep, looked: &Choice) -> Result<(Stri
     }
 }
 
-/// What `judge` has decided of a choice, as far as it is what the study requires: where that is from, and the verdicts,
-/// in the order of the study.
+/// The verdicts of `judge` on a choice that match the current requirements: their source, and the verdicts, in the
+/// order of the study.
 pub(crate) fn current_verdicts(
     sweep: &ReportedSweep,
     judged: &[RequirementVerdict],
@@ -110,13 +110,13 @@ pub(crate) fn current_verdicts(
         false => {
             "What perirobot judge has written into the folder was judged against other requirements than the study \
              has now, or with another [mounting_error], [postures], [approach] or [stopping]: run `perirobot judge` \
-             again. Its verdicts are shown only where nothing that they rest on has changed."
+             again. Its verdicts are shown only if their inputs are unchanged."
         }
     };
     (note.into(), shown)
 }
 
-/// What the sweep decides by itself: scores of its counts as planned, where they are required so.
+/// The verdicts of the sweep itself: requirements on its counts as planned.
 fn planned_verdicts(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, Vec<ShownRequirement>)> {
     let ReportedSweep { results, study, .. } = *sweep;
     let mut shown = Vec::new();
@@ -136,8 +136,8 @@ fn planned_verdicts(sweep: &ReportedSweep, looked: &Choice) -> Result<(String, V
         }
         shown.push(requirement_verdicts(requirement, &results.regions, verdicts));
     }
-    let note = "With everything as planned; nothing was judged of dead sensors, of mounts that are off and of how near \
-                somebody comes.";
+    let note = "With everything as planned; dead sensors, shifted mounts and approaches were not \
+                judged.";
     Ok((note.into(), shown))
 }
 
@@ -151,7 +151,7 @@ fn requirement_verdicts(
     ShownRequirement { name, asked, safety_function, verdicts }
 }
 
-/// A requirement that nothing decides under a condition: it must not look as if it were met.
+/// A requirement that is undecided under a condition: it must not look met.
 fn open(requirement: &Requirement, condition: Condition, why: &str) -> ShownVerdict {
     let name = describe_score(requirement);
     ShownVerdict {
@@ -186,7 +186,7 @@ fn judged_verdict(
     let verdict = one.word();
     let limit = requirement.limit.ratio().value();
     let found = one.value.map(|JsonNumber(value)| {
-        // What differs from the limit by less than a number can tell.
+        // The value differs from the limit by less than a number can represent.
         let order = match (value.total_cmp(&limit), one.is_met, &requirement.limit) {
             (Ordering::Equal, false, Limit::AtLeast(_)) => Ordering::Less,
             (Ordering::Equal, false, Limit::AtMost(_)) => Ordering::Greater,
@@ -209,7 +209,7 @@ fn judged_verdict(
     shown_verdict(sweep, requirement, one.condition, (verdict, found), &tail)
 }
 
-/// A verdict in words; `found` is the value and how it compares with the limit.
+/// A verdict in words; `found` is the value and its comparison with the limit.
 fn shown_verdict(
     sweep: &ReportedSweep,
     requirement: &Requirement,
@@ -221,9 +221,9 @@ fn shown_verdict(
     let value = match found {
         None => "no value".into(),
         Some((value, _)) if value.is_infinite() && requirement.is_of_controller() => {
-            "somebody is there of whom nothing is measured".into()
+            "a person is present but not measured".into()
         }
-        Some((value, _)) if value.is_infinite() => "nobody has room to come in".into(),
+        Some((value, _)) if value.is_infinite() => "no body fits through an entry".into(),
         Some((value, order)) => {
             format!("{}{unit}", writing.apart(value, order, requirement.limit.ratio().value()))
         }
@@ -248,29 +248,29 @@ fn when(condition: Condition) -> String {
     }
 }
 
-/// What is required, in words.
+/// The requirement in words.
 fn what(requirement: &Requirement, regions: &[String]) -> String {
     let region =
         requirement.region().map_or(String::new(), |region| format!(" in region {}", regions[region]));
     describe_score(requirement) + &region
 }
 
-/// The score that is required, in words.
+/// The required score in words.
 fn describe_score(requirement: &Requirement) -> String {
     let words = match &requirement.measure {
         Measure::Counted(counted) => return measure::title(counted.score),
         Measure::Nearness(Nearness { score, body, entry }) => {
             let words = match score {
                 ApproachScore::NearestUnnoticedM => "how near a person gets unnoticed",
-                ApproachScore::ApproachMarginM => "how much farther than they must people stay",
-                ApproachScore::UnnoticedM2 => "floor on which somebody stands unnoticed",
+                ApproachScore::ApproachMarginM => "margin of the distance to people",
+                ApproachScore::UnnoticedM2 => "floor on which a person stands unnoticed",
                 ApproachScore::JoinedM2 => "floor that a person reaches unnoticed",
             };
             let body = body.as_ref().map_or(String::new(), |body| format!(", {body}"));
             let entry = entry.as_ref().map_or(String::new(), |entry| format!(", from {entry}"));
             return format!("{words}{body}{entry}");
         }
-        Measure::Controller(ControllerScore::MissedM) => "how much too far away somebody is measured",
+        Measure::Controller(ControllerScore::MissedM) => "excess of the measured distance of people",
         Measure::Controller(ControllerScore::NeedlessStops) => "moments with a needless stop",
     };
     words.into()
@@ -285,7 +285,7 @@ fn limit(requirement: &Requirement) -> String {
     }
 }
 
-/// How values of a requirement are written, and their unit.
+/// The format of a requirement's values, and their unit.
 fn writing(requirement: &Requirement) -> (Writing, &'static str) {
     match &requirement.measure {
         Measure::Counted(counted) if measure::is_share(counted.score) => (Writing::Percent, ""),
@@ -297,13 +297,13 @@ fn writing(requirement: &Requirement) -> (Writing, &'static str) {
     }
 }
 
-/// Whether a verdict was judged against a requirement of its name as the study has it now.
+/// Whether a verdict was judged against the current requirement of this name.
 fn is_judged_as(one: &RequirementVerdict, requirement: &Requirement, regions: &[String]) -> bool {
     let limits = match &requirement.limit {
         Limit::AtLeast(ratio) => (Some(ratio.value()), None),
         Limit::AtMost(ratio) => (None, Some(ratio.value())),
     };
-    // Of bodies that come near the one that is the worst is known.
+    // For approaches, the worst body is known.
     let may_be = |wanted: &Option<String>, found: &Option<String>| {
         found.is_none() || wanted.is_none() || wanted == found
     };
@@ -320,12 +320,12 @@ fn is_judged_as(one: &RequirementVerdict, requirement: &Requirement, regions: &[
         && is_of_body
 }
 
-/// Whether the tables of the study that a verdict rests on are as they were.
+/// Whether the study's tables behind a verdict are unchanged.
 fn rests_on_now(study: &Study, one: &RequirementVerdict, requirement: &Requirement) -> bool {
     one.tables_sha256 == tables_sha256(study, Summed::from_measure(&requirement.measure), one.condition)
 }
 
-/// The scores that rest on tables of the study as they are now, and the others.
+/// The scores whose tables in the study are unchanged, and the others.
 pub(super) fn parted_by_now<'s>(study: &Study, scores: &'s [ConditionScore]) -> [Vec<&'s ConditionScore>; 2] {
     let is_of_now = |one: &&ConditionScore| {
         let score = Summed::from_name(&one.score, 0);

@@ -1,5 +1,5 @@
-//! What a sweep answers first: the best choice of poses of each sensor and combination by what the study asks for, beside
-//! what all positions together reach and what trivial answers score.
+//! The first answer of a sweep: the best choice of poses of each sensor and combination by the study's question, with
+//! the upper bound of all positions and the scores of trivial answers.
 
 use crate::report::NEAR_SIDE;
 use crate::report::series::{Series, series};
@@ -11,40 +11,36 @@ use perirobot_study::input::{Requirement, Study, Wanted};
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::over::Over;
 
-/// Most sensors and combinations, each representation for itself, that get a line.
+/// Most sensors and combinations, times representations, with a line.
 const MOST_LINES: usize = 10;
 
-/// The scores that are shown, if they are not asked for anyway.
+/// The scores of every answer.
 const SCORES: [Score; 4] = [Score::PartsDetected, Score::HumanSeen, Score::Kappa, Score::F1];
 
-/// By which score choices are compared, and in which region.
+/// The score that ranks choices, and its region.
 struct Question {
     region: usize,
     score: Score,
-    /// Where it is from.
+    /// Its source.
     source: &'static str,
 }
 
 impl Question {
-    /// That of `[choose]`; else of the first requirement about a score; else body parts, or F1 without people, in the region
-    /// where most moments have a value.
+    /// That of `[choose]`; else of the first requirement about a score; else body parts, or F1 without people, in the
+    /// region where most moments have a value.
     fn new(study: &Study, results: &Results) -> Question {
         if let Some(Wanted::Best(choose)) = &study.choose {
-            return Question { region: choose.region, score: choose.objective, source: ", as [choose] asks" };
+            return Question { region: choose.region, score: choose.objective, source: ", from [choose]" };
         }
         if let Some(counted) = study.requirements.iter().find_map(Requirement::counted_score) {
-            return Question {
-                region: counted.region,
-                score: counted.score,
-                source: ", as [[require]] asks",
-            };
+            return Question { region: counted.region, score: counted.score, source: ", from [[require]]" };
         }
         for score in [Score::PartsDetected, Score::F1] {
             let values = |region: usize| {
                 results.baselines_over(results.moments(), region, score)[0].1.map_or(0, |over| over.values)
             };
             let regions = 0..results.regions.len();
-            // Of equal ones the first.
+            // The first of equal ones.
             let most = regions.rev().max_by_key(|&region| values(region));
             if let Some(region) = most.filter(|&region| values(region) > 0) {
                 return Question { region, score, source: "" };
@@ -58,9 +54,9 @@ impl Question {
 struct BestChoice {
     series: Series,
     choice: Option<usize>,
-    /// The scores that are shown.
+    /// The scores of the columns.
     scores: Vec<Option<Over>>,
-    /// How many of its choices have an F1 below that of a sensor stuck at `occupied`.
+    /// The number of its choices with an F1 below that of a sensor stuck at `occupied`.
     below: usize,
 }
 
@@ -100,7 +96,7 @@ pub fn render(study: &Study, results: &Results) -> Result<String> {
     };
     for one in best.iter().take(MOST_LINES) {
         let combination = &results.combinations[one.series.combination];
-        // Of several sensors the names must do.
+        // For several sensors the names must suffice.
         let place = |choice| match combination.members.as_slice() {
             [_] => combination.place_of(choice),
             _ => String::new(),
@@ -138,10 +134,10 @@ pub fn render(study: &Study, results: &Results) -> Result<String> {
     Ok(text)
 }
 
-/// The trivial answer that a useless sensor gives.
+/// The trivial answer of a useless sensor.
 const STUCK: &str = "all occupied";
 
-/// Which baselines are shown, and what they are.
+/// The printed baselines, with their names.
 const TRIVIAL: [(usize, &str); 2] = [(0, "all positions together"), (1, "stuck at \"occupied\"")];
 
 /// The best choice by the first score, then by F1.
@@ -157,11 +153,11 @@ fn best(
         series.summarize(results, &moments, region, Score::F1)?,
     );
     let merit = |choice: usize| {
-        let of = |over: Option<Over>| over.map_or(f64::NEG_INFINITY, |over| over.mean);
-        [by[choice].map_or(f64::NEG_INFINITY, |over| scores[0].merit(over.mean)), of(f1[choice])]
+        let mean = |over: Option<Over>| over.map_or(f64::NEG_INFINITY, |over| over.mean);
+        [by[choice].map_or(f64::NEG_INFINITY, |over| scores[0].merit(over.mean)), mean(f1[choice])]
     };
     let choices = (0..by.len()).filter(|&choice| by[choice].is_some());
-    // Of equal ones the first.
+    // The first of equal ones.
     let choice = choices.reduce(|best, next| if merit(next) > merit(best) { next } else { best });
     let below = f1.iter().flatten().filter(|over| stuck.is_some_and(|stuck| over.mean < stuck)).count();
     let scores = scores.iter().map(|&score| match choice {

@@ -1,5 +1,5 @@
-//! What a sweep prints at its end: the best choices of poses by each score, beside what trivial answers would
-//! score. A study with many combinations or representations gets one line for each instead of a block.
+//! The last output of a sweep: the best choices of poses by each score, with the scores of trivial answers. A study
+//! with many combinations or representations gets one line for each instead of a block.
 
 use crate::report::NEAR_SIDE;
 use crate::report::series::{Series, rank, series};
@@ -11,16 +11,16 @@ use perirobot_sweep::results::Results;
 use perirobot_sweep::results::over::{Over, summarize};
 use perirobot_sweep::results::swept::CombinationResults;
 
-/// How many choices each list of a block shows.
+/// Choices per list of a block.
 const SHOWN: usize = 3;
 
-/// Most combinations, each representation and region for itself, that get a block.
+/// Most combinations, times representations and regions, with a block.
 const MOST_BLOCKS: usize = 4;
 
-/// The scores that are shown; the tables of `summary` have all.
+/// The printed scores; the tables of `summary` have all.
 const SCORES: [Score; 4] = [Score::F1, Score::Kappa, Score::HumanSeen, Score::PartsDetected];
 
-/// What stands before tables with a mean of fewer values than there could be.
+/// The note on tables with a mean of only some values.
 pub(super) const FEWER: &str =
     "[n] before a mean: only n of the values exist there, and only they are in it\n";
 
@@ -97,7 +97,7 @@ fn block(results: &Results, series: Series, region: usize, left_out: &mut bool) 
     Ok(format!("\n{title}: {choices} choices of poses, {}\n{}{places}", extent(results), table.text()))
 }
 
-/// Where some choices are, each once.
+/// The places of some choices, each once.
 fn places(combination: &CombinationResults, choices: &mut Vec<usize>) -> String {
     choices.sort_unstable();
     choices.dedup();
@@ -108,7 +108,7 @@ fn places(combination: &CombinationResults, choices: &mut Vec<usize>) -> String 
     if choices.is_empty() { String::new() } else { format!("\n{}", table.text()) }
 }
 
-/// One line a combination and representation: its best choice by each score. Baselines by their means.
+/// A line per combination and representation: its best choice by each score. Baselines by their means.
 fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool) -> Result<String> {
     let mut text =
         format!("\nRegion {}: the best choice of poses, {}\n", results.regions[region], extent(results));
@@ -137,7 +137,7 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
     Ok(text)
 }
 
-/// Mean, worst and pooled. A mean over fewer values than there could be must not look like one over all.
+/// Mean, worst and pooled. A mean of only some values is marked.
 pub(super) fn cells(over: Option<Over>, left_out: &mut bool) -> [String; 3] {
     let Some(Over { mean, worst, pooled, values, of, .. }) = over else { return [NONE; 3].map(String::from) };
     let fewer = values < of;

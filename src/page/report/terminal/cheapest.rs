@@ -1,5 +1,5 @@
-//! The cheapest set that passes, as text: one sentence first, then where its sensors are, what proves it, and what else
-//! was asked.
+//! The cheapest set that passes, as text: one sentence first, then the places of its sensors, the proof, and the
+//! further questions.
 
 use crate::report::purchased::{
     describe_bound, describe_cost, describe_disturb, describe_heading, describe_proof, sentence,
@@ -11,13 +11,13 @@ use perirobot_decide::judge::{RequirementVerdict, SetVerdicts};
 use perirobot_march::voxel::gap_error_m;
 use std::cmp::Ordering;
 
-/// The answer; `judged` has the verdicts on the recommended set, if there is one.
+/// The answer; `judged` has the verdicts on the recommended set, if any.
 pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     let mut text = format!("{}\n", sentence(report, judged));
     for reason in &report.main().reasons {
         text += &format!("  {}: {}\n", reason.requirement, reason.why);
-        let asked = report.asked.require.iter().find(|asked| asked.name == reason.requirement);
-        if let Some(words) = asked.and_then(|asked| asked.safety_function.as_ref()) {
+        let required = report.asked.require.iter().find(|asked| asked.name == reason.requirement);
+        if let Some(words) = required.and_then(|required| required.safety_function.as_ref()) {
             text += &format!("      for {words}\n");
         }
     }
@@ -37,8 +37,8 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     text
 }
 
-/// The requirement that the set meets with the smallest margin, as a share of its limit (of 1 if that is 0), and by how much
-/// a distance of voxels may be too large.
+/// The requirement that the set meets with the smallest margin, as a share of its limit (of 1 if that is 0), and the
+/// largest error of a distance in voxels.
 fn smallest_margin(report: &PurchaseReport, judged: &SetVerdicts) -> Option<String> {
     let margin = |verdict: &&RequirementVerdict| {
         let (limit, value) = (verdict.at_least.or(verdict.at_most)?, verdict.value?.0);
@@ -79,7 +79,7 @@ fn sensors(report: &PurchaseReport, set: &PurchasedSet) -> Table {
     table
 }
 
-/// What else was asked: the cheapest set at each speed, or without each requirement.
+/// The further questions: the cheapest set at each speed, or without each requirement.
 fn front(report: &PurchaseReport) -> Option<Table> {
     let aim = |point: &PurchasePoint| match &point.aim {
         AimReport::Speed(speed) => Some((">m/s", speed.to_string())),
@@ -89,13 +89,13 @@ fn front(report: &PurchaseReport) -> Option<Table> {
     let (heading, _) = report.points.iter().find_map(aim)?;
     let mut table = Table::new(&[heading, "cost", "sensors", "<proof", "<set"]);
     for (point, (_, aim)) in report.points.iter().filter_map(|point| Some((point, aim(point)?))) {
-        let [cost, count, proof, set] = found(report, point);
+        let [cost, count, proof, set] = row_cells(report, point);
         table.row([aim, cost, count, proof, set]);
     }
     Some(table)
 }
 
-/// The cheapest set that meets each number of requirements, and what it misses.
+/// The cheapest set that meets each number of requirements, and those that it misses.
 fn numbers(report: &PurchaseReport) -> Option<Table> {
     let number = |point: &PurchasePoint| match point.aim {
         AimReport::Number(least) => Some(least),
@@ -104,15 +104,15 @@ fn numbers(report: &PurchaseReport) -> Option<Table> {
     report.points.iter().find_map(number)?;
     let mut table = Table::new(&["at least", "cost", "sensors", "<proof", "<missed", "<set"]);
     for (point, least) in report.points.iter().filter_map(|point| Some((point, number(point)?))) {
-        let [cost, count, proof, set] = found(report, point);
+        let [cost, count, proof, set] = row_cells(report, point);
         let least = format!("{least} of {}", report.asked.require.len());
         table.row([least, cost, count, proof, point.missed.join("; "), set]);
     }
     Some(table)
 }
 
-/// Cost and size of the set of a point, how sure that is, and the set; if there is none, why.
-fn found(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
+/// Cost and size of the set of a point, its proof, and the set; if there is none, the reason.
+fn row_cells(report: &PurchaseReport, point: &PurchasePoint) -> [String; 4] {
     let (cost, count, set) = match &point.set {
         Some(set) => (describe_cost(report, &point.aim, set), set.sensors.len().to_string(), set.poses()),
         None => {

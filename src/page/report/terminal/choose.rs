@@ -16,7 +16,7 @@ const AS_IN_FILES: Spelling = Spelling {
     change: |_, change| format!("{change:+.4}"),
 };
 
-/// How the poses that refining found get into a study.
+/// How to add refined poses to a study.
 const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them as [[sensor.poses]] name = \"refined\", \
                                       csv = \"refined.csv\".";
 

@@ -1,5 +1,5 @@
-//! How the scores of all choices of poses are distributed: smallest, quartiles and largest of each scene,
-//! region, combination and representation, beside the baselines of that scene and region.
+//! Distributions of the scores of all choices of poses: minimum, quartiles and maximum of each scene, region,
+//! combination and representation, with the baselines of that scene and region.
 
 use crate::report::bound_note;
 use crate::report::quartiles::{distribution, row};

@@ -1,5 +1,5 @@
-//! The best pose of each group of poses (a wall, the ceiling), and which group holds the best of all. Only
-//! combinations in which one sensor has poses take part, since several sensors are not at one wall.
+//! The best pose of each group of poses (a wall, the ceiling), and the group with the best of all. Only for
+//! combinations in which one sensor has poses, since several sensors are not on one wall.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use perirobot_sweep::results::Results;
 pub struct GroupBest {
     /// Name of the group.
     pub group: String,
-    /// Number of the choice, and its mean over the moments; `None` if no choice has a value.
+    /// Index of the choice, and its mean over the moments; `None` if no choice has a value.
     pub best: Option<(usize, f64)>,
     /// Whether no other group has a better one.
     pub overall: bool,
@@ -32,7 +32,7 @@ pub(crate) fn groups(
     let group = |choice: usize| combined.group_of(choice);
     let mut groups: Vec<GroupBest> = Vec::new();
     for name in (0..combined.choices()).filter_map(group) {
-        // Poses of a group follow each other, so the last is nearly always the one.
+        // Poses of a group are consecutive, so the last group is usually the one.
         if !groups.iter().rev().any(|known| known.group == name) {
             groups.push(GroupBest { group: name.into(), best: None, overall: false });
         }
@@ -46,7 +46,7 @@ pub(crate) fn groups(
     Ok(groups)
 }
 
-/// A table for each region and score; nothing where no combination has several groups.
+/// A table for each region and score; empty if no combination has several groups.
 pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     let several = |series: &Series| {
         let combined = &results.combinations[series.combination];

@@ -1,4 +1,4 @@
-//! Verdicts on requirements, and how good scores are under each condition, as text.
+//! Verdicts on requirements, and scores under each condition, as text.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use perirobot_sweep::results::Subject;
 /// Writes the command that draws the worst moment of a judgement, if there is one.
 pub type Picture<'p> = &'p dyn Fn(&JudgedSet, &Judgement) -> Option<String>;
 
-/// A choice with its verdicts, and a table of what the scores that are required are under each condition.
+/// A choice with its verdicts, and a table of the required scores under each condition.
 pub fn render(subject: &Subject, set: &JudgedSet, picture: Picture) -> String {
     let mut text = verdicts(subject, set, picture);
     if set.conditions.cases.len() > 1 {
@@ -39,7 +39,7 @@ pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String 
         }
         last = Some(name);
         if let Some(bound) = &judgement.out_of_reach {
-            let bound = told_apart(bound, &judgement.requirement.limit, Writing::Plain);
+            let bound = distinguished(bound, &judgement.requirement.limit, Writing::Plain);
             text +=
                 &format!("      no choice of the listed poses can meet it: their upper bound is {bound}\n");
         }
@@ -50,7 +50,7 @@ pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String 
     text
 }
 
-/// A verdict in a line: the requirement, what it asks, what there is, and where that is.
+/// A verdict in a line: the requirement, its score, value and limit, and the worst place.
 pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String {
     let requirement = judgement.requirement;
     let limit = match requirement.limit {
@@ -73,15 +73,15 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
         }
     };
     let is = match &judgement.value {
-        None => format!("{what} is no value"),
+        None => format!("{what} has no value"),
         Some(Value::Endless) if requirement.is_of_controller() => {
-            format!("somebody is there of whom nothing is measured, {what}")
+            format!("{what} is infinite, since a person is present but not measured")
         }
-        Some(Value::Endless) => format!("nobody has room to come in, {what}"),
+        Some(Value::Endless) => format!("{what} is infinite, since no body fits through an entry"),
         Some(value) => {
             format!(
                 "{what} is {}",
-                told_apart(
+                distinguished(
                     value,
                     &requirement.limit,
                     Writing::new(Summed::from_measure(&requirement.measure))
@@ -118,7 +118,7 @@ pub fn line(subject: &Subject, set: &JudgedSet, judgement: &Judgement) -> String
     text
 }
 
-/// A note on scores that are distances, nothing on others.
+/// A note on scores that are distances; empty for others.
 fn gap(set: &JudgedSet, measure: &Measure) -> String {
     match measure {
         Measure::Nearness(nearness) if !nearness.score.is_area() => {
@@ -129,19 +129,19 @@ fn gap(set: &JudgedSet, measure: &Measure) -> String {
     }
 }
 
-/// A value with as many digits as tell it apart from a limit.
-fn told_apart(value: &Value, limit: &Limit, writing: Writing) -> String {
+/// A value with enough digits to distinguish it from a limit.
+fn distinguished(value: &Value, limit: &Limit, writing: Writing) -> String {
     writing.apart(value.number(), value.cmp_ratio(limit.ratio()), limit.ratio().value())
 }
 
-/// The scores that are required, under each condition.
+/// The required scores, under each condition.
 fn conditions(subject: &Subject, set: &JudgedSet) -> Table {
     let mut table =
         Table::new(&["<condition", "<score", "<region", "best", "mean", "5 %", "worst", "<where"]);
-    let asked = |of_what: Summed| {
+    let is_required = |of_what: Summed| {
         set.judgements.iter().any(|one| of_what == Summed::from_measure(&one.requirement.measure))
     };
-    for spread in spreads(&set.conditions).iter().filter(|spread| asked(spread.of_what)) {
+    for spread in spreads(&set.conditions).iter().filter(|spread| is_required(spread.of_what)) {
         let writing = Writing::new(spread.of_what);
         let [best, mean, twentieth, worst] = [spread.best, spread.mean, spread.twentieth, spread.worst]
             .map(|value| writing.to_table_text(value));
@@ -164,11 +164,11 @@ mod tests {
     use super::*;
     use perirobot_march::metrics::{Across, Confusion, Ratio, Score};
 
-    /// So many of so many voxels, beside a limit.
+    /// The text of a ratio of voxels next to a limit.
     fn show(part: u64, of: u64, limit: f64) -> String {
         let limit = Limit::AtLeast(Ratio::from_f64(limit));
         let counts = [Confusion { uf: part, tn: of - part, ..Default::default() }];
-        told_apart(
+        distinguished(
             &Value::from_counts(Score::Unknown, Across::Worst, &limit, &counts).unwrap(),
             &limit,
             Writing::Plain,
@@ -176,18 +176,18 @@ mod tests {
     }
 
     #[test]
-    fn values_are_told_apart_from_limits() {
+    fn values_are_distinguished_from_limits() {
         assert_eq!(show(7, 10, 0.7), "0.700");
         assert_eq!(show(6, 10, 0.7), "0.600");
         assert_eq!(show(69_996, 100_000, 0.7), "0.69996");
         assert_eq!(show(69_999_999, 100_000_000, 0.7), "0.69999999");
         assert_eq!(show(6994, 10_000, 0.6991), "0.6994");
         assert_eq!(show(1, 1_000_000, 0.0), "0.000001");
-        // The root of 1.103 is 1.05023...; of a distance the digits are rounded down.
+        // The root of 1.103 is 1.05023...; the digits of a distance are rounded down.
         let limit = Limit::AtLeast(Ratio::from_f64(1.0));
         let root = Value::Root(Ratio { numerator: 1_1037, denominator: 10_000 });
-        assert_eq!(told_apart(&root, &limit, Writing::Down), "1.050");
-        assert_eq!(told_apart(&root, &limit, Writing::Plain), "1.051");
+        assert_eq!(distinguished(&root, &limit, Writing::Down), "1.050");
+        assert_eq!(distinguished(&root, &limit, Writing::Plain), "1.051");
         assert_eq!(show(700_000_000_000_000_001, 1_000_000_000_000_000_000, 0.7), "just above 0.7");
     }
 }

@@ -1,5 +1,4 @@
-//! The best score of each combination of sensors, per scene and on average, and as a part of what the largest
-//! combination reaches.
+//! The best score of each combination of sensors, per scene and on average, and relative to the largest combination.
 
 use crate::report::bound_note;
 use crate::report::maximum::{Maxima, Maximum, maxima, most_sensors, row};
@@ -9,7 +8,7 @@ use perirobot_march::Result;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::swept::SceneResults;
 
-/// A table for each region and score; nothing where there is one combination only.
+/// A table for each region and score; empty for a single combination.
 pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     if results.combinations.len() < 2 {
         return Ok(String::new());
@@ -59,7 +58,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
     Ok(text)
 }
 
-/// The choices that reach the maxima, each with its place and the scenes where it does.
+/// The choices with the maxima, each with its place and its scenes.
 fn choices_at_maxima<'a>(results: &'a Results, found: &Maxima) -> Vec<([String; 2], Vec<&'a str>)> {
     let combination = &results.combinations[found.combination];
     let label = |maximum: &Maximum| {

@@ -1,4 +1,4 @@
-//! Tables for a terminal: a file for each, with a function `render` that gives the text.
+//! Tables for a terminal: a module for each, with a function `render` that returns the text.
 
 pub mod answer;
 pub mod best;

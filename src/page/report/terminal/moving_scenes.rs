@@ -9,10 +9,10 @@ use perirobot_march::metrics::Score;
 use perirobot_sweep::results::swept::SceneResults;
 use perirobot_sweep::results::{Over, Results};
 
-/// How many choices each list shows.
+/// Choices per list.
 const SHOWN: usize = 3;
 
-/// A table for each region and score; nothing where no scene moves.
+/// A table for each region and score; empty if no scene moves.
 pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     let moving: Vec<&SceneResults> = results.scenes.iter().filter(|scene| scene.moments.len() > 1).collect();
     if moving.is_empty() {
@@ -50,7 +50,7 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
 }
 
 /// The rows of one scene: for each combination and representation the best by mean, then the best by worst, and by the
-/// weighted mean where snapshots have weights.
+/// weighted mean if snapshots have weights.
 fn rows(
     results: &Results,
     selection: &ReportSelection,

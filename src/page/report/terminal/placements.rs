@@ -1,5 +1,5 @@
-//! Placements side by side: two or more choices of poses, of one sweep or of two, by every score, with what
-//! the positions of their study could reach at most. The scores are those that were counted; nothing is cast.
+//! Placements side by side: two or more choices of poses, of one sweep or of two, by every score, with the upper bound
+//! of their study's positions. The scores are existing counts; nothing is cast.
 
 mod chosen;
 mod sweeps;
@@ -14,10 +14,10 @@ use perirobot_sweep::results::over::Over;
 use sweeps::FinishedSweep;
 pub use sweeps::Sweeps;
 
-/// How many placements a table takes: as many as there are letters to call them.
+/// The number of placements in a table: limited by the letters.
 pub const PLACEMENTS: std::ops::RangeInclusive<usize> = 2..=26;
 
-/// How a score over several scenes, snapshots and repeats is summed up, in the order of [`cells`].
+/// The aggregates of a score over several scenes, snapshots and repeats, in the order of [`cells`].
 const KINDS: [&str; 3] = ["mean", "worst", "pooled"];
 
 impl Sweeps {
@@ -28,14 +28,14 @@ impl Sweeps {
             let FinishedSweep { folder, results, .. } = &self.all[*sweep];
             let combination = &results.combinations[series.combination];
             let [place, name] = [combination.place_of(*choice), combination.name_of(*choice)];
-            let place = if place.is_empty() { "no place of its own" } else { &place };
-            let of = if self.all.len() > 1 { format!(" · {}", folder.display()) } else { String::new() };
-            text += &format!("\n{letter}  {place}\n   {name} · {}{of}\n", series.title(results));
+            let place = if place.is_empty() { "no place" } else { &place };
+            let source = if self.all.len() > 1 { format!(" · {}", folder.display()) } else { String::new() };
+            text += &format!("\n{letter}  {place}\n   {name} · {}{source}\n", series.title(results));
         }
         text
     }
 
-    /// The scores of some placements in a region that all sweeps have.
+    /// The scores of some placements in a common region of all sweeps.
     pub fn render(&self, region: &str, placements: &[RankedPlacement]) -> Result<String> {
         let letters: Vec<String> = ('A'..).take(placements.len()).map(String::from).collect();
         let bounds = self.all.iter().map(|sweep| match self.all.len() {
@@ -49,14 +49,14 @@ impl Sweeps {
         let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
         let mut fewer = false;
         for (number, scope) in self.scopes.iter().enumerate() {
-            // Over one moment all kinds have the same value; of single scenes the mean is enough.
+            // Over one moment all aggregates are equal; for single scenes the mean suffices.
             let kinds = if number == 0 && self.has_several(scope) { 0..KINDS.len() } else { 0..1 };
             for kind in kinds {
                 for (row, score) in Score::ALL.into_iter().enumerate() {
                     let title = if kind == 0 && row == 0 { scope.title.as_str() } else { "" };
                     let over = if row == 0 && self.has_several(scope) { KINDS[kind] } else { "" };
-                    let of = |placement| self.score(placement, scope, region, score);
-                    let each: Vec<Option<Over>> = placements.iter().map(of).collect::<Result<_>>()?;
+                    let score_of = |placement| self.score(placement, scope, region, score);
+                    let each: Vec<Option<Over>> = placements.iter().map(score_of).collect::<Result<_>>()?;
                     let difference = match each[..] {
                         [a, b] => Some(difference(value(a, kind), value(b, kind))),
                         _ => None,
@@ -81,7 +81,7 @@ fn value(over: Option<Over>, kind: usize) -> Option<f64> {
     [Some(mean), Some(worst), pooled][kind]
 }
 
-/// The second less the first, with its sign.
+/// The second minus the first, with its sign.
 fn difference(first: Option<f64>, second: Option<f64>) -> String {
     let Some((first, second)) = first.zip(second) else { return NONE.into() };
     let text = number(Some(second - first));
@@ -94,9 +94,9 @@ mod tests {
 
     #[test]
     fn a_difference_has_a_sign_unless_it_rounds_to_nothing() {
-        let told = [(0.25, 0.5), (0.5, 0.25), (0.5, 0.5), (0.5, 0.5004), (0.5004, 0.5)]
+        let texts = [(0.25, 0.5), (0.5, 0.25), (0.5, 0.5), (0.5, 0.5004), (0.5004, 0.5)]
             .map(|(first, second)| difference(Some(first), Some(second)));
-        assert_eq!(told, ["+0.250", "-0.250", "0.000", "0.000", "0.000"]);
+        assert_eq!(texts, ["+0.250", "-0.250", "0.000", "0.000", "0.000"]);
         assert_eq!(difference(None, Some(1.0)), NONE);
     }
 }

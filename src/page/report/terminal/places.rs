@@ -1,4 +1,4 @@
-//! Where an object should stand: the best of its candidate places, for sensors that stay where they are.
+//! The best places of an object among its candidates, for fixed sensors.
 
 use crate::report::bound_note;
 use crate::report::selection::ReportSelection;
@@ -7,11 +7,12 @@ use crate::report::table::{Table, number};
 use perirobot_march::Result;
 use perirobot_sweep::results::Results;
 
-/// How many places each list shows.
+/// Places per list.
 const SHOWN: usize = 3;
 
-/// A table for each region and score: the places where some choice of poses has the best mean over their scenes, snapshots
-/// and repeats, weighted where snapshots have weights, with that choice, and the worst place. Nothing where no object has candidate places.
+/// A table for each region and score: the places where a choice of poses has the best mean over their scenes, snapshots
+/// and repeats, weighted if snapshots have weights, with that choice, and the worst place. Empty if no object has
+/// candidate places.
 pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> {
     let places = results.places();
     if places.is_empty() {

@@ -1,4 +1,4 @@
-//! Why voxels of the regions stay unknown, and what would help, of the best choices or of one.
+//! Why voxels of the regions stay unknown, with advice, for the best choices or for one.
 
 use crate::report::explained::{Advice, Explained, explain};
 use crate::report::reasons_file::names;
@@ -31,8 +31,7 @@ pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Result<Vec<
     Ok(leaders)
 }
 
-/// The best choice of all by a score in a region: combination, choice and representation; `None` where
-/// nothing has a value.
+/// The best of all choices by a score in a region: combination, choice and representation; `None` if none has a value.
 pub fn leader(results: &Results, region: usize, score: Score) -> Result<Option<[usize; 3]>> {
     let mut leader: Option<([usize; 3], f64)> = None;
     for one in series(results, 0..results.combinations.len()) {
@@ -45,13 +44,13 @@ pub fn leader(results: &Results, region: usize, score: Score) -> Result<Option<[
     Ok(leader.map(|(choice, _)| choice))
 }
 
-/// The voxels that a view misses in some regions and why, with advice.
+/// The missed voxels of a view in some regions, with reasons and advice.
 pub fn render(view: &View, missed: &[Missed], regions: impl IntoIterator<Item = usize>) -> String {
     let [combination, poses, representation] = names(view);
     let Choice { repeat, .. } = view.choice;
     let again = if view.study.repeats > 1 { format!(", repeat {repeat}") } else { String::new() };
-    let asked = &view.study.combinations[view.choice.combination];
-    let place = Places::new(view.study, view.world).describe_choice(asked, view.choice.choice);
+    let spec = &view.study.combinations[view.choice.combination];
+    let place = Places::new(view.study, view.world).describe_choice(spec, view.choice.choice);
     let mut text = format!(
         "\n{poses} · {combination} · {representation} · scene {}{again}\n",
         view.world.title(view.study)

@@ -1,17 +1,17 @@
-//! What a recorded map scores at one moment, for people: the counts of each region, what the map makes of each object,
-//! and why it does not call occupied what is there.
+//! The scores of a recorded map at one moment: the counts of each region, the labels of each object, and why voxels are
+//! missed.
 
 use crate::report::table::{NONE, Table, number};
 use perirobot_decide::view::{Overlooked, Oversight, RecordedMap, Verdict, View};
 use perirobot_march::metrics::{Confusion, Score};
 use perirobot_march::voxel::BitGrid;
 
-/// The counts of the map in each region, as a row of `results` has them.
+/// The counts of the map in each region, as in a row of `results`.
 pub fn counts(view: &View) -> Vec<Confusion> {
     (0..view.world.regions.len()).map(|region| view.counts(region)).collect()
 }
 
-/// Tables of scores, of what became of the objects in each region, and of the reasons. The view is the map's own.
+/// Tables of scores, of the objects in each region, and of the reasons. The view is the map's own.
 pub fn render(map: &RecordedMap, view: &View) -> String {
     let overlooked = map.find_overlooked(view);
     let mut columns = vec!["<region".to_string()];
@@ -27,26 +27,22 @@ pub fn render(map: &RecordedMap, view: &View) -> String {
     }
     let mut text = format!("\n{}", scores.text());
     for (index, region) in view.world.regions.iter().enumerate() {
-        text += &format!(
-            "\nregion {}: what the map makes of it, in voxels\n{}",
-            region.name,
-            objects(view, index)
-        );
+        text += &format!("\nregion {}: labels of the map, in voxels\n{}", region.name, objects(view, index));
         text += &why(view, index, &overlooked, map.knows_places());
     }
     text
 }
 
-/// What of each object in a region the map does not call occupied, by reason, and which objects hide most of it.
+/// The missed voxels of the objects in a region, by reason, and the objects that hide most of them.
 fn why(view: &View, region: usize, overlooked: &[Overlooked], knows_places: bool) -> String {
     let inside = &*view.world.regions[region].voxels;
     let mut columns = vec!["<what".to_string()];
     columns.extend(Oversight::ALL.map(|reason| reason.name().replace('_', " ")));
     let mut table = Table::new(&columns.iter().map(String::as_str).collect::<Vec<_>>());
     let mut row = |what: &str, voxels: &BitGrid| {
-        let of = |reason| overlooked.iter().filter(move |one| one.reason == reason);
-        let counts =
-            Oversight::ALL.map(|reason| of(reason).map(|one| one.count(&[inside, voxels])).sum::<u64>());
+        let with_reason = |reason| overlooked.iter().filter(move |one| one.reason == reason);
+        let counts = Oversight::ALL
+            .map(|reason| with_reason(reason).map(|one| one.count(&[inside, voxels])).sum::<u64>());
         if counts.iter().any(|count| *count > 0) {
             table.row([what.to_string()].into_iter().chain(counts.map(|count| count.to_string())));
         }
@@ -68,30 +64,30 @@ fn why(view: &View, region: usize, overlooked: &[Overlooked], knows_places: bool
     let hidden = hidden.iter().take(MOST_HIDE).map(|(count, object)| format!("{} {count}", name(*object)));
     let hidden: Vec<String> = hidden.collect();
     let below = match (knows_places, hidden.is_empty()) {
-        (false, _) => "  where the sensor was is not known, so nothing is told to be hidden\n".into(),
+        (false, _) => "  the sensor's position is unknown, so no voxel counts as hidden\n".into(),
         (true, true) => String::new(),
         (true, false) => format!("  hidden by {}\n", hidden.join(", ")),
     };
     let name = &view.world.regions[region].name;
-    format!("\nregion {name}: what is there and not called occupied, and why\n{}{below}", table.text())
+    format!("\nregion {name}: missed voxels, by reason\n{}{below}", table.text())
 }
 
-/// Most objects that are named as hiding.
+/// Most hiding objects that are named.
 const MOST_HIDE: usize = 3;
 
-/// What the map says of each object's voxels in a region, and of the free space there.
+/// The labels of each object's voxels in a region, and of the free space there.
 fn objects(view: &View, region: usize) -> String {
     let inside = &*view.world.regions[region].voxels;
     let mut table =
         Table::new(&["<what", "<role", "voxels", "occupied", "free", "unknown", "called occupied"]);
     let mut row = |what: &str, role: &str, mut voxels: BitGrid| {
         voxels.keep(inside);
-        let said = |plane: &BitGrid| {
+        let count = |plane: &BitGrid| {
             let mut plane = plane.clone();
             plane.keep(&voxels);
             plane.count()
         };
-        let (all, occupied, free) = (voxels.count(), said(&view.labels.occupied), said(&view.labels.free));
+        let (all, occupied, free) = (voxels.count(), count(&view.labels.occupied), count(&view.labels.free));
         if all > 0 {
             let share = format!("{:.1} %", 100.0 * occupied as f64 / all as f64);
             let counts = [all, occupied, free, all - occupied - free].map(|count| count.to_string());

@@ -1,4 +1,4 @@
-//! What a controller would measure of a set of sensors, summed up over all moments, as text.
+//! A controller's measurements with a set of sensors, summed up over all moments, as text.
 
 use crate::report::table::Table;
 use perirobot_decide::controller::{Decision, Separation};
@@ -7,14 +7,14 @@ use perirobot_march::voxel::rounded_up;
 use perirobot_study::input::Stopping;
 use perirobot_sweep::results::Subject;
 
-/// Of one set.
+/// The text for one set.
 pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_size_m: f64) -> String {
     let all = set.conditions.measurements();
     let moments = all.clone().count();
     let mut text =
         "\nwhat a controller would measure between people and robot, from the labels\n".to_string();
     let missed = all.clone().filter_map(|(moment, one)| Some((moment, one.missed_m(voxel_size_m)?)));
-    // The first of equals.
+    // The first of equal ones.
     let worst = missed.reduce(|old, new| if new.1 > old.1 { new } else { old });
     if let Some((moment, metres)) = worst {
         let at = match &subject.scenes[moment.scene] {
@@ -34,7 +34,7 @@ pub fn render(subject: &Subject, set: &JudgedSet, stopping: &Stopping, voxel_siz
     let unseen = |one: &&Separation| one.truly.is_some() && one.unknown_free.is_none();
     let unseen = all.clone().map(|(_, one)| one).filter(unseen).count();
     if unseen > 0 {
-        text += &format!("  in {unseen} of {} moments nothing is measured of the people there\n", moments);
+        text += &format!("  in {unseen} of {} moments people are present, but not measured\n", moments);
     }
     let mut table =
         Table::new(&["<unknown voxels", "m/s", "needed", "stops", "runs", "missed stops", "needless stops"]);

@@ -1,19 +1,19 @@
-//! How fast the robot may run with a set of sensors, as text.
+//! The allowed robot speed with a set of sensors, as text.
 
 use crate::report::wording::words;
 use perirobot_decide::judge::{Judgement, Speeds};
 use perirobot_study::input::Stopping;
 
-/// Of one set.
+/// The text for one set.
 pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
     let m_s = |speed: usize| stopping.speeds[speed].speed_m_s;
     let mut listed: Vec<usize> = speeds.judgements.iter().map(|(speed, _)| *speed).collect();
     listed.sort_unstable();
     listed.dedup();
-    let of: Vec<String> = listed.iter().map(|&speed| m_s(speed).to_string()).collect();
+    let speeds_text: Vec<String> = listed.iter().map(|&speed| m_s(speed).to_string()).collect();
     let up_to = speeds.fastest.map_or("at none".into(), |fastest| format!("up to {} m/s,", m_s(fastest)));
-    let (by, of) = (speed_demands(speeds).join(" and by "), of.join(", "));
-    let mut text = format!("\nhow fast may it run, by {by}: {up_to} of the listed {of} m/s\n");
+    let (by, speeds_text) = (speed_demands(speeds).join(" and by "), speeds_text.join(", "));
+    let mut text = format!("\nhow fast may it run, by {by}: {up_to} of the listed {speeds_text} m/s\n");
     if !speeds.missed_at_all.is_empty() {
         let highest = stopping.fastest().speed_m_s;
         for (of_highest, when) in [(false, "whatever the speed".into()), (true, format!("at {highest} m/s"))]
@@ -26,12 +26,12 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
             }
         }
     }
-    // What stands in the way of the next.
+    // The misses at the next speed.
     let next = listed.into_iter().find(|speed| speeds.fastest.is_none_or(|fastest| *speed > fastest));
     for (speed, judgement) in &speeds.judgements {
         let (name, m_s) = (describe(judgement), m_s(*speed));
         if judgement.values == 0 {
-            let why = "has no value at any moment (nobody is so near, say)";
+            let why = "has no value at any moment (for example without a person so close)";
             text += &format!("  at {m_s} m/s not decided: {name} {why}\n");
         } else if Some(*speed) == next && !judgement.is_met {
             text += &format!("  at {m_s} m/s missed: {name}\n");
@@ -40,7 +40,7 @@ pub fn render(speeds: &Speeds, stopping: &Stopping) -> String {
     text
 }
 
-/// What is asked at each speed.
+/// The requirements at each speed.
 fn speed_demands(speeds: &Speeds) -> Vec<&'static str> {
     let is_counted = |judgement: &Judgement| judgement.requirement.counted_score().is_some();
     let any = |counted: bool| speeds.judgements.iter().any(|(_, judgement)| is_counted(judgement) == counted);

@@ -27,11 +27,11 @@ use perirobot_march::{Error, Result};
 use record::{HEADER_BYTES, RECORD_BYTES, State};
 pub use record::{JournalHeader, Shard, Unfit};
 
-/// How long finished rows may wait until they are synced to the disk. A process that is killed loses nothing;
-/// a machine that loses power loses at most this much.
+/// Largest delay between a finished row and its sync to disk. A killed process loses nothing; a power failure loses at
+/// most this much.
 const SYNC_EVERY: Duration = Duration::from_secs(1);
 
-/// Records that are read at once.
+/// Records per read.
 const READ_ROWS: u64 = 1 << 14;
 
 /// An open journal.
@@ -48,16 +48,16 @@ pub struct Journal {
 pub struct Locked {
     path: PathBuf,
     file: File,
-    /// What its header says; nothing if it is new, or was begun without a header.
+    /// Its header; `None` if it is new, or was created without a header.
     pub header: Result<Option<JournalHeader>, Unfit>,
 }
 
 impl Locked {
-    /// Opens the journal of a folder, making it where there is none, for this process alone.
+    /// Opens the journal of a folder, creating it if needed, for this process alone.
     ///
     /// # Errors
-    /// `Error::Busy` if another process has it; `Error::Storage` if the disk fails; `Error::Input` if what is
-    /// there is no file of this folder alone.
+    /// `Error::Busy` if another process uses it; `Error::Storage` if the disk fails; `Error::Input` if the path is not
+    /// a file of this folder alone.
     pub fn open(folder: &Path) -> Result<Locked> {
         let path = folder.join(JOURNAL);
         let file = open_alone(&path)?;
@@ -65,12 +65,12 @@ impl Locked {
         Ok(Locked { path, file, header })
     }
 
-    /// Resumes with the rows that it holds, which are of the sweep in `header`.
+    /// Resumes with its rows, which belong to the sweep in `header`.
     pub fn go_on(self, header: JournalHeader) -> Journal {
         Journal { path: self.path, file: self.file, header, unsynced_since: None }
     }
 
-    /// Starts empty; the rows that it held are lost.
+    /// Starts empty; its rows are discarded.
     pub fn begin(mut self, header: JournalHeader) -> Result<Journal> {
         let write = |file: &mut File| {
             file.set_len(0)?;
@@ -85,29 +85,29 @@ impl Locked {
 }
 
 impl Journal {
-    /// Opens the journal of a folder to be read, while nobody writes to it.
+    /// Opens the journal of a folder for reading, without a concurrent writer.
     pub fn read(folder: &Path) -> Result<Journal> {
         let path = folder.join(JOURNAL);
         let file = open_regular(&path, u64::MAX)?;
-        let busy = "a run is still at work in this folder: wait until it has ended";
+        let busy = "a run still uses this folder: wait until it has ended";
         check_lock(&path, file.try_lock_shared(), busy)?;
         let wrong = |what: String| Error::from(Issue::damaged(what).cure("sweep again").with_place(&path));
         let header = read_header(&path, &file)?.map_err(|unfit| wrong(unfit.to_string()))?;
-        let header = header.ok_or_else(|| wrong("holds nothing".into()))?;
+        let header = header.ok_or_else(|| wrong("is empty".into()))?;
         Ok(Journal { path, file, header, unsynced_since: None })
     }
 
-    /// The sweep it belongs to, and which part of it.
+    /// Its sweep and shard.
     pub fn header(&self) -> &JournalHeader {
         &self.header
     }
 
-    /// The file, for messages.
+    /// Its path, for messages.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes the counts of rows that follow each other in one block.
+    /// Writes the counts of consecutive rows in one block.
     pub fn put(&mut self, first: u64, counts: &[Confusion]) -> Result<()> {
         let rows = (first..).zip(counts);
         let bytes: Vec<u8> = rows.flat_map(|(row, counts)| self.header.record(row, counts)).collect();
@@ -127,7 +127,7 @@ impl Journal {
         }
     }
 
-    /// Gives the file, whose rows cannot be trusted, another name in its folder, and starts an empty one.
+    /// Renames the file, whose rows cannot be trusted, in its folder, and starts an empty one.
     pub(crate) fn set_aside(&mut self, name: &str) -> Result<()> {
         let renamed = std::fs::rename(&self.path, self.path.with_file_name(name));
         renamed.map_err(|e| Error::storage(&self.path, e))?;
@@ -136,21 +136,20 @@ impl Journal {
         Ok(())
     }
 
-    /// Waits until the disk has all that was written.
+    /// Syncs all written data to disk.
     pub fn sync(&mut self) -> Result<()> {
         self.unsynced_since = None;
         self.file.sync_data().map_err(|e| Error::storage(&self.path, e))
     }
 
-    /// Hands over every finished row in order, and returns how many places hold something else than a row of
-    /// this sweep.
+    /// Passes every finished row to `take` in order, and returns the number of damaged places.
     pub fn scan(&self, mut finished: impl FnMut(u64, Confusion) -> Result<()>) -> Result<u64> {
         let length = self.file.metadata().map_err(|e| self.cannot_read(e))?.len();
         let mut damaged = 0;
         for block in 0..self.header.blocks {
             let rows = self.header.rows_of_block(block);
             for first in rows.clone().step_by(READ_ROWS as usize) {
-                // However many rows a header promises, a short file takes a short time.
+                // A short file takes a short time, regardless of the row count in its header.
                 if self.offset(first) >= length {
                     return Ok(damaged);
                 }
@@ -167,21 +166,19 @@ impl Journal {
         Ok(damaged)
     }
 
-    /// The counts of rows that follow each other in one block; all must be finished.
+    /// The counts of consecutive rows in one block; all must be finished.
     pub fn counts(&self, rows: Range<u64>) -> Result<Vec<Confusion>> {
         let states = rows.clone().zip(self.states(rows)?);
         let counts = states.map(|(row, state)| match state {
             State::Finished(counts) => Ok(counts),
-            _ => Err(Error::Storage(Issue::says(format!(
-                "{}: row {row} is not there any more",
-                self.path.display()
-            )))),
+            _ => {
+                Err(Error::Storage(Issue::says(format!("{}: row {row} is missing now", self.path.display()))))
+            }
         });
         counts.collect()
     }
 
-    /// What stands at the places of rows that follow each other in one block; nothing beyond the end of the
-    /// file.
+    /// The states of consecutive rows in one block; empty beyond the end of the file.
     fn states(&self, rows: Range<u64>) -> Result<Vec<State>> {
         let at = self.offset(rows.start);
         let length = (rows.end - rows.start) * RECORD_BYTES as u64;
@@ -207,22 +204,21 @@ impl Journal {
 
 #[cfg(all(any(test, feature = "example"), target_os = "linux"))]
 impl Journal {
-    /// From now on every read fails: the memory of a process cannot be read at its beginning, an input/output
-    /// error.
+    /// Makes every later read fail: reading the start of a process's memory is an input/output error.
     pub(crate) fn break_disk(&mut self) {
         self.file = File::open("/proc/self/mem").expect("Linux has it");
     }
 }
 
-/// Opens a file to which one process at a time writes, making it where there is none, for this process alone.
+/// Opens a file with a single writing process, creating it if needed, for this process alone.
 ///
 /// # Errors
-/// `Error::Busy` if another process has it; `Error::Storage` if the disk fails; `Error::Input` if what is there is
-/// no file of its folder alone.
+/// `Error::Busy` if another process uses it; `Error::Storage` if the disk fails; `Error::Input` if the path is not a
+/// file of its folder alone.
 pub fn open_alone(path: &Path) -> Result<File> {
-    // Through a link, a folder from a stranger could overwrite any file of the user.
+    // Through a link, an untrusted folder could overwrite any file of the user.
     if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
-        let what = "is not a regular file, and a journal is needed there: move it away";
+        let what = "is not a regular file, but a journal is needed there: move it away";
         return Err(Error::input(path, what));
     }
     let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
@@ -230,17 +226,17 @@ pub fn open_alone(path: &Path) -> Result<File> {
     let names = names_of(&file).map_err(|e| Error::io(path, "cannot be read", e))?;
     if names > 1 {
         let what = format!(
-            "has {names} names (hard links), and what is written to it would change under all of them: put a copy in its \
-             place"
+            "has {names} names (hard links), and writing would change the file under all of them: replace it by a \
+             copy"
         );
         return Err(Error::input(path, what));
     }
-    let busy = "another run is at work in this folder: wait for it, or name another folder";
+    let busy = "another run uses this folder: wait for it, or name another folder";
     check_lock(path, file.try_lock(), busy)?;
     Ok(file)
 }
 
-/// Fails unless a file could be locked: with `busy` where somebody else holds it.
+/// Fails unless a file could be locked: with `busy` if another process holds the lock.
 fn check_lock(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Result<()> {
     match outcome {
         Ok(()) => Ok(()),
@@ -249,7 +245,7 @@ fn check_lock(path: &Path, outcome: Result<(), TryLockError>, busy: &str) -> Res
     }
 }
 
-/// The error of a file that could not be locked: the user's if its file system has no locks.
+/// The error of a file that could not be locked: an input error if its file system has no locks.
 fn cannot_lock(path: &Path, source: &std::io::Error) -> Error {
     let issue = Issue::io("cannot be locked", source).with_place(path);
     match source.kind() == ErrorKind::Unsupported || !Error::may_pass(source) {
@@ -257,12 +253,12 @@ fn cannot_lock(path: &Path, source: &std::io::Error) -> Error {
             .with_advice("Without a lock two runs could write to it: name a folder on another file system")
             .into(),
         false => Error::Storage(issue.with_advice(
-            "That may pass: run the same command again; if it does not, name a folder on another file system",
+            "The error may be temporary: run the same command again; if it remains, name a folder on another file system",
         )),
     }
 }
 
-/// How many names a file has, where the system tells.
+/// The number of names of a file, if the system reports it.
 fn names_of(file: &File) -> std::io::Result<u64> {
     #[cfg(unix)]
     return Ok(std::os::unix::fs::MetadataExt::nlink(&file.metadata()?));

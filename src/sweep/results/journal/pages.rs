@@ -1,5 +1,5 @@
-//! The counts of a finished sweep by row: from one journal or from those of all its shards, with as much of
-//! them in memory as a report looks at in turn; or all of them in memory.
+//! The counts of a finished sweep by row: from one journal or from those of all its shards, with cached pages for a
+//! report; or all of them in memory.
 
 use std::cell::RefCell;
 
@@ -7,29 +7,29 @@ use crate::results::journal::Journal;
 use perirobot_march::Result;
 use perirobot_march::metrics::Confusion;
 
-/// Counts that are kept in memory, all blocks together: some 50 MB.
+/// Cached counts, all blocks together: some 50 MB.
 const KEPT_ROWS: u64 = 1 << 19;
 
-/// Fewest rows of a block that are read at once.
+/// Fewest rows of a block per read.
 const LEAST_ROWS: u64 = 64;
 
-/// The number of a page of a block, and its counts.
+/// The index of a page of a block, and its counts.
 type CountsPage = (u64, Vec<Confusion>);
 
-/// Journals that hold all rows of a sweep between them. A report asks for the same row of many blocks, then
-/// for the next row of them, so a page of each block is kept.
+/// Journals that together contain all rows of a sweep. A report reads the same row of many blocks, then the next row of
+/// them, so one page of each block is cached.
 #[derive(Debug)]
 pub struct Pages {
-    /// In the order of the rows that they keep; none if all counts are in memory.
+    /// In the order of their rows; empty if all counts are in memory.
     journals: Vec<Journal>,
     block_rows: u64,
     pub(super) page_rows: u64,
-    /// For each block, the page that is kept.
+    /// The cached page of each block.
     pub(super) pages: RefCell<Vec<Option<CountsPage>>>,
 }
 
 impl Pages {
-    /// Of journals of one sweep that together keep every row of each block once, in the order of those rows.
+    /// From journals of one sweep that together contain every row of each block once, in the order of those rows.
     pub(crate) fn new(journals: Vec<Journal>) -> Pages {
         let (blocks, block_rows) = (journals[0].header().blocks, journals[0].header().block_rows);
         let page_rows = (KEPT_ROWS / blocks.max(1)).max(LEAST_ROWS);
@@ -37,7 +37,7 @@ impl Pages {
         Pages { journals, block_rows, page_rows, pages }
     }
 
-    /// Of the counts of all rows of equal blocks, block by block: one page each, which is never read again.
+    /// From the counts of all rows of equal blocks, block by block: one page each, which is never reloaded.
     pub(crate) fn in_memory(blocks: Vec<Vec<Confusion>>) -> Pages {
         let block_rows = blocks.first().map_or(0, |block| block.len() as u64);
         let pages = RefCell::new(blocks.into_iter().map(|block| Some((0, block))).collect());
@@ -47,7 +47,7 @@ impl Pages {
     /// The counts of a row.
     ///
     /// # Errors
-    /// `Error::Storage` if the disk fails, or the row is not in its file any more.
+    /// `Error::Storage` if the disk fails, or the row is no longer in its file.
     pub(crate) fn counts(&self, row: u64) -> Result<Confusion> {
         let (block, within) = (row / self.block_rows, row % self.block_rows);
         let (page, at) = (within / self.page_rows, (within % self.page_rows) as usize);

@@ -1,11 +1,10 @@
-//! The bytes of a journal: a header that says which sweep and which part of it, and records of one size.
+//! The bytes of a journal: a header with the sweep and the shard, and records of one size.
 //!
-//! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and how many
-//! there are (u32 each), blocks, rows of a block, first and end of the rows of each block that are kept here
-//! (u64 each), the sweep's fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest.
-//! Record, 96 bytes: row (u64), twelve counts in the order of [`Confusion::counts`], five in that of
-//! [`Detection::counts`], a bit for each body part that is missed, and two counts in the order of [`Overlap::counts`] (u32
-//! each), checksum (8 bytes).
+//! All numbers are little-endian. Header, 128 bytes: magic, format version (u32), shard's number and number of shards
+//! (u32 each), blocks, rows of a block, first and end of the rows of each block in this file (u64 each), the sweep's
+//! fingerprint (32 bytes), zeros, and in the last 8 bytes a checksum of the rest. Record, 96 bytes: row (u64), twelve
+//! counts in the order of [`Confusion::counts`], five in that of [`Detection::counts`], a bit for each missed body
+//! part, and two counts in the order of [`Overlap::counts`] (u32 each), checksum (8 bytes).
 
 use std::fmt;
 use std::ops::Range;
@@ -19,7 +18,7 @@ pub(super) const HEADER_BYTES: usize = 128;
 /// Bytes of a record.
 pub(super) const RECORD_BYTES: usize = 96;
 
-/// What every journal begins with.
+/// The first bytes of every journal.
 const MAGIC: [u8; 8] = *b"PeRSjrnl";
 
 /// Version of this format.
@@ -28,56 +27,56 @@ const VERSION: u32 = 3;
 /// Why a file cannot be resumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unfit {
-    /// It never was a journal.
+    /// It is not a journal.
     Foreign,
-    /// Another perirobot wrote it.
+    /// It has another format version.
     Format(u32),
-    /// It was one, but its header is damaged.
+    /// Its header is damaged.
     Damaged,
 }
 
 impl fmt::Display for Unfit {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Unfit::Foreign => write!(f, "is no journal of perirobot"),
+            Unfit::Foreign => write!(f, "is not a journal of perirobot"),
             Unfit::Format(format) => {
-                write!(f, "is a journal of format {format}, this perirobot writes {VERSION}")
+                write!(f, "is a journal of format {format}, but this perirobot writes {VERSION}")
             }
             Unfit::Damaged => write!(f, "has a damaged beginning"),
         }
     }
 }
 
-/// One of several parts that a sweep is split into.
+/// One of several parts of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Shard {
-    /// Which one, counted from 0.
+    /// Its number, counted from 0.
     pub number: u32,
-    /// How many there are.
+    /// The number of parts.
     pub of: u32,
 }
 
 impl Shard {
-    /// The part that is everything.
+    /// The only part.
     pub const WHOLE: Shard = Shard { number: 0, of: 1 };
 }
 
-/// Which rows of which sweep a journal holds.
+/// The sweep and rows of a journal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JournalHeader {
-    /// Hash of all that decides the counts.
+    /// Hash of everything that affects the counts.
     pub fingerprint: [u8; 32],
-    /// Which part of the sweep it is.
+    /// The part of the sweep.
     pub shard: Shard,
-    /// How many blocks (repeats of moments) the sweep has.
+    /// The number of blocks (repeats of moments) of the sweep.
     pub blocks: u64,
-    /// How many rows each block has.
+    /// The number of rows in each block.
     pub block_rows: u64,
-    /// The rows of each block that are kept here.
+    /// The rows of each block in this file.
     pub kept: Range<u64>,
 }
 
-/// What stands at a row's place.
+/// The state of a row's place.
 #[derive(Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "one at a time is looked at, and most are finished rows")]
 pub(super) enum State {
@@ -87,25 +86,25 @@ pub(super) enum State {
 }
 
 impl JournalHeader {
-    /// The rows of a block that are kept here.
+    /// The rows of a block in this file.
     pub fn rows_of_block(&self, block: u64) -> Range<u64> {
         let before = block * self.block_rows;
         before + self.kept.start..before + self.kept.end
     }
 
-    /// How many rows are kept here.
+    /// The number of rows in this file.
     pub fn rows(&self) -> u64 {
         self.blocks * (self.kept.end - self.kept.start)
     }
 
-    /// The place of a row that is kept here.
+    /// The place of a row in this file.
     pub(super) fn place(&self, row: u64) -> u64 {
         let (block, within) = (row / self.block_rows, row % self.block_rows);
         debug_assert!(self.kept.contains(&within), "row {row} is kept elsewhere");
         block * (self.kept.end - self.kept.start) + within - self.kept.start
     }
 
-    /// As it stands in the file.
+    /// The header as bytes.
     pub(super) fn bytes(&self) -> Vec<u8> {
         let mut bytes = MAGIC.to_vec();
         bytes.extend([VERSION, self.shard.number, self.shard.of].iter().flat_map(|n| n.to_le_bytes()));
@@ -117,8 +116,7 @@ impl JournalHeader {
         bytes
     }
 
-    /// Back from the file. The numbers of a header that parses can be trusted as far as sums and products of
-    /// them go.
+    /// Parses the bytes of a header. Sums and products of a parsed header's numbers do not overflow.
     pub(super) fn parse(bytes: &[u8]) -> Result<JournalHeader, Unfit> {
         let (body, sum) = bytes.split_at(HEADER_BYTES - CHECK_BYTES);
         if !body.starts_with(&MAGIC) {
@@ -149,7 +147,7 @@ impl JournalHeader {
         Ok(header)
     }
 
-    /// A row as it stands in the file.
+    /// A row as bytes.
     pub(super) fn record(&self, row: u64, counts: &Confusion) -> [u8; RECORD_BYTES] {
         let mut record = [0; RECORD_BYTES];
         record[..8].copy_from_slice(&row.to_le_bytes());
@@ -165,7 +163,7 @@ impl JournalHeader {
         record
     }
 
-    /// What a record says at the place of a row.
+    /// The state of a record at the place of a row.
     pub(super) fn state(&self, row: u64, record: &[u8]) -> State {
         if record.iter().all(|byte| *byte == 0) {
             return State::Missing;

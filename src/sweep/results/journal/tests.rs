@@ -1,4 +1,4 @@
-//! What a journal keeps, what it refuses to believe, and that order leaves no trace.
+//! A journal keeps its rows, refuses damaged ones, and does not depend on their order.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use super::*;
 use perirobot_march::metrics::{BODY_PARTS, Detection, Overlap};
 
-/// Three blocks of ten rows, of which 2 to 7 are kept.
+/// Three blocks of ten rows, with rows 2 to 7 in this file.
 fn header() -> JournalHeader {
     JournalHeader {
         fingerprint: std::array::from_fn(|i| i as u8),
@@ -17,7 +17,7 @@ fn header() -> JournalHeader {
     }
 }
 
-/// Counts that tell their row.
+/// Counts that encode their row.
 fn counts(row: u64) -> Confusion {
     let labels = Confusion::from_counts(std::array::from_fn(|i| 100 * row + i as u64));
     let found = std::array::from_fn(|i| 100 * row + 50 + i as u64);
@@ -39,9 +39,9 @@ fn a_lock_that_fails_for_a_moment_is_no_bad_input() {
             Error::Storage(_) => passes,
             _ => false,
         };
-        let said = error.to_string();
-        let begins = said.starts_with("counts.journal: cannot be locked: ");
-        assert!(is_right && begins && said.contains("folder on another file system"), "{said}");
+        let message = error.to_string();
+        let begins = message.starts_with("counts.journal: cannot be locked: ");
+        assert!(is_right && begins && message.contains("folder on another file system"), "{message}");
     }
 }
 
@@ -49,7 +49,7 @@ fn begin(folder: &Path) -> Journal {
     Locked::open(folder).unwrap().begin(header()).unwrap()
 }
 
-/// Everything that a journal has, and how many places are damaged.
+/// All rows of a journal, and the number of damaged places.
 fn all(journal: &Journal) -> (Vec<u64>, u64) {
     let mut rows = Vec::new();
     let damaged = journal.scan(|row, found| {
@@ -67,7 +67,8 @@ fn flip(folder: &Path, at: usize) {
     fs::write(&path, bytes).unwrap();
 }
 
-/// The checksums are those of `hashlib.sha256` over the documented bytes, whichever crate computes them here.
+/// The checksums equal those of `hashlib.sha256` over the documented bytes, independent of the crate that computes
+/// them.
 #[test]
 fn the_bytes_of_a_journal_are_those_of_every_version() {
     let bytes = header().bytes();
@@ -114,9 +115,9 @@ fn what_was_finished_is_there_again() {
     assert_eq!(*locked.header.as_ref().unwrap(), Some(header()));
     let journal = locked.go_on(header());
     assert_eq!(all(&journal), (vec![3, 13, 14], 0));
-    assert!(journal.counts(12..14).unwrap_err().to_string().contains("row 12 is not there"));
+    assert!(journal.counts(12..14).unwrap_err().to_string().contains("row 12 is missing now"));
     assert_eq!(journal.counts(13..15).unwrap(), [counts(13), counts(14)]);
-    // Begun anew, it has nothing.
+    // After a restart it is empty.
     drop(journal);
     assert_eq!(all(&begin(folder.path())), (vec![], 0));
 }
@@ -136,7 +137,7 @@ fn torn_and_foreign_rows_are_not_finished() {
     }
     fs::write(&path, &whole[..whole.len() - RECORD_BYTES]).unwrap();
     assert_eq!(all(&Locked::open(folder.path()).unwrap().go_on(header())), (vec![2, 3], 0));
-    // Any bit of a record counts.
+    // Every bit of a record matters.
     for at in 0..RECORD_BYTES {
         fs::write(&path, &whole).unwrap();
         flip(folder.path(), HEADER_BYTES + RECORD_BYTES + at);
@@ -164,7 +165,7 @@ fn a_damaged_beginning_is_refused_and_a_missing_one_is_new() {
         flip(folder.path(), at);
         let error = Locked::open(folder.path()).unwrap().header.unwrap_err().to_string();
         let expected = match at {
-            0..8 => "is no journal",
+            0..8 => "is not a journal",
             8..12 => "is a journal of format",
             _ => "has a damaged beginning",
         };
@@ -202,7 +203,7 @@ fn what_a_link_leads_to_is_not_overwritten() {
     assert_eq!(fs::read(&precious).unwrap(), b"short");
 }
 
-/// A second name stands for what a copy made of links holds: a snapshot of the folder.
+/// A second name represents a copy made of links: a snapshot of the folder.
 #[test]
 fn a_journal_with_two_names_is_not_written_to() {
     let folder = tempfile::tempdir().unwrap();
@@ -216,7 +217,7 @@ fn a_journal_with_two_names_is_not_written_to() {
     Locked::open(folder.path()).unwrap();
 }
 
-/// The memory of a process cannot be read at its beginning: an input/output error.
+/// Reading the start of a process's memory is an input/output error.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_disk_that_fails_is_no_damage() {
@@ -228,7 +229,7 @@ fn a_disk_that_fails_is_no_damage() {
     );
 }
 
-/// Of a file that is long enough, so that it is the read that fails.
+/// For a file that is long enough, so that the read itself fails.
 #[cfg(target_os = "linux")]
 #[test]
 fn rows_that_cannot_be_read_are_neither_missing_nor_zero() {
@@ -265,9 +266,9 @@ fn one_at_a_time() {
     let folder = tempfile::tempdir().unwrap();
     let journal = begin(folder.path());
     let error = Locked::open(folder.path()).map(drop).unwrap_err().to_string();
-    assert!(error.contains("another run is at work"), "{error}");
+    assert!(error.contains("another run uses this folder"), "{error}");
     let error = Journal::read(folder.path()).map(drop).unwrap_err().to_string();
-    assert!(error.contains("a run is still at work"), "{error}");
+    assert!(error.contains("a run still uses this folder"), "{error}");
     drop(journal);
     let [_a, _b] = [(); 2].map(|()| Journal::read(folder.path()).unwrap());
     assert!(Locked::open(folder.path()).is_err(), "somebody reads it");
@@ -293,9 +294,9 @@ fn pages_find_rows_across_shards() {
             assert_eq!(pages.counts(row).unwrap(), counts(row), "row {row}, pages of {page_rows}");
         }
     }
-    // The file is cut while a report is made.
+    // The file is truncated during a report.
     fs::write(folders[2].path().join(JOURNAL), b"").unwrap();
     pages.pages.borrow_mut().fill(None);
-    assert!(pages.counts(2).unwrap_err().to_string().contains("row 4 is not there any more"));
-    assert!(pages.counts(500).unwrap_err().to_string().contains("row 4 is not there any more"));
+    assert!(pages.counts(2).unwrap_err().to_string().contains("row 4 is missing now"));
+    assert!(pages.counts(500).unwrap_err().to_string().contains("row 4 is missing now"));
 }

@@ -1,37 +1,37 @@
-//! Tells in words how two manifests differ.
+//! Describes the differences of two manifests in words.
 
 use serde_json::{Map, Value};
 
-/// Keys that say what the user wrote; all others follow from these and from the program.
+/// Keys written by the user; all others follow from these and from the program.
 const CAUSES: [&str; 7] =
     ["semantics_version", "study", "scene_files", "files", "seed", "voxel_size_m", "noiseless"];
 
-/// Most differences that are told; one is enough to refuse.
-const MOST_TOLD: usize = 6;
+/// Most reported differences; one is enough to refuse.
+const MOST_REPORTED: usize = 6;
 
-/// Longest text of which old and new are both shown.
+/// Longest text with both old and new shown.
 const SHORT: usize = 60;
 
-/// The differences of all that decides the counts; effects only where there is no cause.
+/// The differences that affect the counts; effects only if there is no cause.
 pub fn changes(was: &Map<String, Value>, is: &Map<String, Value>) -> Vec<String> {
-    let mut told = Vec::new();
-    let mut tell = |key: &str| differences(key, get(was, key), get(is, key), &mut told);
+    let mut changes = Vec::new();
+    let mut tell = |key: &str| differences(key, get(was, key), get(is, key), &mut changes);
     CAUSES.iter().for_each(|key| tell(key));
-    if told.is_empty() {
+    if changes.is_empty() {
         let effects = is.keys().filter(|key| !CAUSES.contains(&key.as_str()));
-        effects.for_each(|key| differences(key, get(was, key), get(is, key), &mut told));
+        effects.for_each(|key| differences(key, get(was, key), get(is, key), &mut changes));
     }
-    told
+    changes
 }
 
 fn get<'a>(map: &'a Map<String, Value>, key: &str) -> &'a Value {
     map.get(key).unwrap_or(&Value::Null)
 }
 
-/// Adds where two values differ, while there is room.
+/// Adds the differences of two values, up to the limit.
 fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
     match (was, is) {
-        _ if told.len() == MOST_TOLD || was == is => {}
+        _ if told.len() == MOST_REPORTED || was == is => {}
         (Value::Object(a), Value::Object(b)) => {
             let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
             for key in keys {
@@ -46,11 +46,7 @@ fn differences(place: &str, was: &Value, is: &Value, told: &mut Vec<String>) {
         _ => {
             let (was, is) = (was.to_string(), is.to_string());
             let long = was.len().max(is.len()) > SHORT;
-            told.push(if long {
-                format!("{place} is another")
-            } else {
-                format!("{place} was {was}, is {is}")
-            });
+            told.push(if long { format!("{place} differs") } else { format!("{place} was {was}, is {is}") });
         }
     }
 }
@@ -79,13 +75,13 @@ mod tests {
                 json!({ "files": { "a.stl": "0".repeat(64) } }),
                 json!({ "files": { "a.stl": "1".repeat(64) } })
             ),
-            ["files.a.stl is another"]
+            ["files.a.stl differs"]
         );
         assert_eq!(
             describe_changes(json!({ "study": { "a": 1 } }), json!({ "study": { "b": true } })),
             ["study.a was 1, is null", "study.b was null, is true"]
         );
-        // Numbers of sensors differ: the array is told as a whole.
+        // Lengths differ: the array is reported as a whole.
         assert_eq!(
             describe_changes(json!({ "sensors": [] }), json!({ "sensors": [{}] })),
             ["sensors was [], is [{}]"]
@@ -97,7 +93,7 @@ mod tests {
         let all = |value: u32| (0..1000).map(|i| (format!("key{i:04}"), json!(value))).collect::<Map<_, _>>();
         let changes =
             describe_changes(json!({ "files": all(1), "seed": 1 }), json!({ "files": all(2), "seed": 2 }));
-        assert_eq!(changes.len(), MOST_TOLD);
+        assert_eq!(changes.len(), MOST_REPORTED);
         assert_eq!(changes[5], "files.key0005 was 1, is 2");
     }
 }

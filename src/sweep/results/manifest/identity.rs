@@ -1,5 +1,4 @@
-//! What makes two sweeps the same: all keys of `manifest.json` that decide the counts or the names beside
-//! them.
+//! The identity of a sweep: all keys of `manifest.json` that affect the counts or the names next to them.
 
 use std::collections::BTreeMap;
 
@@ -11,29 +10,29 @@ use perirobot_scene::source::{little_endian, sha256};
 use perirobot_study::input::{Member, Study, catalogue};
 use perirobot_study::world::{self, Described, World};
 
-/// All that decides the counts. Values that are not needed to read a sweep back may be missing in a file, and
-/// are empty then.
+/// Everything that affects the counts. Values that are not needed to read a sweep may be missing in a file, and are
+/// empty then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// The [`perirobot_march::SEMANTICS_VERSION`] by which was counted.
+    /// The [`perirobot_march::SEMANTICS_VERSION`] of the counts.
     pub semantics_version: u32,
-    /// What the study says, without comments and order of keys.
+    /// The contents of the study, without comments and order of keys.
     #[serde(default)]
     pub study: Value,
-    /// The same of its scenes.
+    /// The same for its scenes.
     #[serde(default)]
     pub scene_files: Vec<SceneFileIdentity>,
-    /// Hashes of the other files that were read, by their paths.
+    /// Hashes of the other files, by path.
     #[serde(default)]
     pub files: BTreeMap<String, String>,
-    /// Of all that is drawn by chance.
+    /// Seed of all random draws.
     #[serde(default)]
     pub seed: u64,
     /// Edge of a voxel in metres.
     pub voxel_size_m: f64,
-    /// How often everything is scored.
+    /// The number of repeats.
     pub repeats: usize,
-    /// Whether sensors measure without noise, whatever the study says.
+    /// Whether sensors measure without noise, overriding the study.
     pub noiseless: bool,
     /// Each snapshot of each scene.
     pub scenes: Vec<Described>,
@@ -45,12 +44,12 @@ pub struct Identity {
     pub combinations: Vec<Sensors>,
 }
 
-/// What a scene file says.
+/// The contents of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneFileIdentity {
     /// The scene's name.
     pub name: String,
-    /// What the file says, as for the study.
+    /// The contents, as for the study.
     pub says: Value,
 }
 
@@ -59,38 +58,37 @@ pub struct SceneFileIdentity {
 pub struct SensorIdentity {
     /// Its name.
     pub name: String,
-    /// As in the key `kind` of the study.
+    /// Its key `kind` in the study.
     pub kind: String,
-    /// What it can be taken to say.
+    /// Its representations.
     pub representations: Vec<String>,
-    /// How many poses it has.
+    /// The number of its poses.
     pub poses: usize,
-    /// How many rays it casts from each.
+    /// The number of rays from each.
     pub rays_per_pose: usize,
-    /// Hash of their directions, ranges and noise; `None` of a sensor without rays.
+    /// Hash of their directions, ranges and noise; `None` for a sensor without rays.
     pub rays_sha256: Option<String>,
 }
 
-/// Sensors that are scored together.
+/// Sensors of a combination.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensors {
     /// The combination's name.
     pub name: String,
     /// Names of its sensors.
     pub sensors: Vec<String>,
-    /// Of each sensor, ranges of its poses: the first, and one beyond the last.
+    /// For each sensor, ranges of its poses: the first, and one beyond the last.
     pub poses: Vec<Vec<[usize; 2]>>,
-    /// How they are fused.
+    /// Their fusion.
     #[serde(default)]
     pub fusion: Fusion,
-    /// How many choices of poses it has.
+    /// The number of its choices of poses.
     #[serde(default)]
     pub choices: usize,
 }
 
 impl Identity {
-    /// Of a study. `worlds` are those of [`World::prepare_all`].
-    /// `poses_csv` is their table of poses.
+    /// The identity of a study. `worlds` are those of [`World::prepare_all`]. `poses_csv` is their table of poses.
     pub(super) fn new(study: &Study, worlds: &[World], poses_csv: &[u8]) -> Identity {
         let scene_files = study.scenes.iter().map(|spec| {
             let says = toml::from_str(&spec.text).unwrap_or_else(|_| spec.text.as_str().into());
@@ -134,10 +132,10 @@ impl Identity {
     }
 }
 
-/// What a study says, with the keys of the devices that it names: other values of a device are another study.
-/// What it says of choosing and judging sets, and of approaches, changes no count, and is left out, except for the floor
-/// that heights in tables are measured from; and what it says of stopping, which decides regions: their voxels are
-/// compared.
+/// The contents of a study, with the keys of its device models: other values of a device are another study. Keys on
+/// choosing and judging sets, and on approaches, affect no count and are left out, except for the floor from which
+/// heights in tables are measured; so are the keys on stopping, which determine regions: their voxels are compared
+/// instead.
 fn says(text: &str) -> Value {
     let mut says = toml::from_str(text)
         .map_or_else(|_| text.into(), |study| serde_json::json!(catalogue::written_out(study)));
@@ -157,7 +155,7 @@ fn says(text: &str) -> Value {
     says
 }
 
-/// Hashes of the files that were read, but for the study and its scenes: of those, what they say is compared.
+/// Hashes of all files except the study and its scenes, whose contents are compared.
 fn files(study: &Study) -> BTreeMap<String, String> {
     let texts = study.scenes.iter().map(|spec| &spec.text).chain([&study.text]);
     let known: Vec<String> = texts.map(|text| sha256([text.as_bytes()])).collect();
@@ -165,7 +163,7 @@ fn files(study: &Study) -> BTreeMap<String, String> {
     files.map(|file| (file.path.display().to_string(), file.sha256)).collect()
 }
 
-/// Numbers in ascending order as ranges `[first, end]`.
+/// Ascending numbers as ranges `[first, end]`.
 fn ranges(numbers: &[usize]) -> Vec<[usize; 2]> {
     let runs = numbers.chunk_by(|a, b| a + 1 == *b);
     runs.filter_map(|run| Some([*run.first()?, run.last()? + 1])).collect()

@@ -1,12 +1,12 @@
-//! Sets of sensors that were chosen and swept, found again in a study by what a manifest says of them.
+//! Finds the chosen and swept sets of a manifest in a study.
 
 use super::identity::{Identity, Sensors};
 use perirobot_study::input::{Combination, Member, Study};
 use perirobot_study::sensor::Sensor;
 
 impl Identity {
-    /// The study of the sets that were swept; `None` where combinations have several choices of poses, sensors
-    /// several representations, or something is not in the study.
+    /// The study of the swept sets; `None` if combinations have several choices of poses, sensors have several
+    /// representations, or something is not in the study.
     pub(crate) fn study_of_sets(&self, study: &Study) -> Option<Study> {
         let way = |sensor: &Sensor| {
             let swept = self.sensors.iter().find(|swept| swept.name == sensor.name)?;

@@ -6,23 +6,23 @@ use crate::results::read::CURE;
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
 
-/// A file with a header, of which some columns are wanted.
+/// A file with a header and some wanted columns.
 pub(super) struct CsvRows<'b> {
     path: PathBuf,
     reader: csv::Reader<&'b [u8]>,
     columns: Vec<String>,
-    /// Where the wanted columns stand.
+    /// The places of the wanted columns.
     at: Vec<usize>,
     record: csv::StringRecord,
     line: u64,
 }
 
-/// The row that was read last.
+/// The current row.
 #[derive(Clone, Copy)]
 pub(super) struct CsvRow<'a>(&'a CsvRows<'a>);
 
 impl<'b> CsvRows<'b> {
-    /// The bytes of a file that must have these columns; others are passed over.
+    /// The bytes of a file that must have these columns; others are ignored.
     pub(super) fn new(path: &Path, bytes: &'b [u8], columns: &[&str]) -> Result<Self> {
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(bytes);
         let unreadable =
@@ -39,7 +39,7 @@ impl<'b> CsvRows<'b> {
         Ok(CsvRows { path: path.into(), reader, columns, at, record, line: 1 })
     }
 
-    /// The next row, if there is one.
+    /// The next row, if any.
     pub(super) fn next_if_any(&mut self) -> Result<Option<CsvRow<'_>>> {
         let place = &self.path;
         match self.reader.read_record(&mut self.record) {
@@ -56,24 +56,24 @@ impl<'b> CsvRows<'b> {
         Ok(Some(CsvRow(self)))
     }
 
-    /// The next row, which must be there.
+    /// The next row, which must exist.
     pub(super) fn next(&mut self) -> Result<CsvRow<'_>> {
-        let what = format!("ends after line {}, and manifest.json promises more rows", self.line);
+        let what = format!("ends after line {}, but manifest.json requires more rows", self.line);
         let ends = Issue::damaged(what).cure(CURE).with_place(&self.path);
         self.next_if_any()?.ok_or(ends.into())
     }
 
-    /// Nothing may follow.
+    /// Fails if another row follows.
     pub(super) fn end(&mut self) -> Result<()> {
         match self.next_if_any()? {
             None => Ok(()),
-            Some(row) => Err(row.wrong(0, "is in a row more than manifest.json promises")),
+            Some(row) => Err(row.wrong(0, "is in a row beyond those of manifest.json")),
         }
     }
 }
 
 impl CsvRow<'_> {
-    /// A field, by the number of its column among the wanted.
+    /// A field, by the index of its column among the wanted.
     pub(super) fn text(&self, column: usize) -> &str {
         &self.0.record[self.0.at[column]]
     }

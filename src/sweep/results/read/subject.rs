@@ -1,4 +1,4 @@
-//! What was swept, from `manifest.json` (scenes with their regions and baselines, combinations with their
+//! The subject of a sweep, from `manifest.json` (scenes with their regions and baselines, combinations with their
 //! sensors) and `poses.csv` (the poses of each sensor).
 
 use std::collections::HashSet;
@@ -18,10 +18,10 @@ use perirobot_scene::source::sha256;
 use perirobot_study::input::{MAX_NAMES_BYTES, MAX_ROWS, bytes_of_names};
 use perirobot_study::world::{Baselines, Described, DescribedRegion};
 
-/// No grid has more voxels, and sums of such numbers still fit.
+/// Upper limit of a grid's voxels; sums of such numbers do not overflow.
 const MOST_VOXELS: u64 = 1 << 32;
 
-/// No snapshot lasts longer: 10⁹ seconds for each of some lists that are crossed.
+/// Upper limit of a snapshot's duration: 10⁹ seconds for each of some crossed lists.
 const MOST_SECONDS: f64 = 1e100;
 
 /// A sensor with its poses.
@@ -30,7 +30,7 @@ struct Posed<'m> {
     poses: Arc<Vec<PoseResults>>,
 }
 
-/// What was swept.
+/// The subject of a sweep.
 pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let path = folder.join(MANIFEST);
     let says = |issue: Issue| Error::from(issue.cure(CURE).with_place(&path));
@@ -38,22 +38,22 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     plain_names(file).map_err(says)?;
     let dwell_s = swept::dwell_s(file.scenes.iter().map(|scene| scene.dwell_s).collect());
     if dwell_s.iter().flatten().any(|seconds| !(0.0..=MOST_SECONDS).contains(seconds)) {
-        return Err(says(Issue::says("has a dwell_s that no snapshot can have")));
+        return Err(says(Issue::says("has an impossible dwell_s")));
     }
     let (scenes, regions, baselines) = scenes(&file.scenes).map_err(says)?;
     let poses = folder.join("poses.csv");
     let bytes = read_regular(&poses)?;
     let sensors = sensors(&poses, &bytes, &file.sensors)?;
     if sha256([&bytes]) != file.poses_sha256 {
-        let what = format!("is not the table that {MANIFEST} beside it was written with");
+        let what = format!("differs from the table of {MANIFEST}");
         return Err(Issue::damaged(what).cure(CURE).with_place(poses).into());
     }
-    // Their numbers are kept, and each stands in a row at least.
+    // Their indices are stored, and each is in at least one row.
     let ranges = file.combinations.iter().flat_map(|combination| combination.poses.iter().flatten());
     let listed: u128 = ranges.map(|[first, end]| end.saturating_sub(*first) as u128).sum();
     if listed > MAX_ROWS as u128 {
         return Err(says(Issue::says(format!(
-            "has {listed} poses in its combinations, at most {MAX_ROWS} can be"
+            "has {listed} poses in its combinations, but at most {MAX_ROWS} are possible"
         ))));
     }
     let mut room = MAX_NAMES_BYTES;
@@ -65,12 +65,15 @@ pub(super) fn read(folder: &Path, manifest: &Manifest) -> Result<Subject> {
     let blocks = (file.repeats as u128).saturating_mul(baselines.len() as u128);
     let rows = choices.saturating_mul(regions.len() as u128).saturating_mul(blocks);
     if !(1..=MAX_ROWS as u128).contains(&rows) {
-        return Err(says(Issue::says(format!("promises {rows} rows (repeats = {})", file.repeats))));
+        return Err(says(Issue::says(format!(
+            "has an impossible number of rows: {rows} (repeats = {})",
+            file.repeats
+        ))));
     }
     Ok(Subject { scenes, regions, repeats: file.repeats, combinations, baselines, dwell_s })
 }
 
-/// Names that a terminal can be given.
+/// Names that are safe for a terminal.
 fn plain_names(file: &Identity) -> Result<(), Issue> {
     let regions = file.scenes.iter().flat_map(|scene| scene.regions.iter().map(|region| &region.name));
     let variants = file.scenes.iter().filter_map(|scene| scene.variant.as_ref());
@@ -131,7 +134,7 @@ fn baselines(region: &DescribedRegion) -> Result<Baselines, Issue> {
     Ok(region.baselines)
 }
 
-/// The sensors with their poses, which stand in the file sensor by sensor.
+/// The sensors with their poses, in the file's order.
 fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [SensorIdentity]) -> Result<Vec<Posed<'m>>> {
     let mut rows = CsvRows::new(path, bytes, &["sensor", "pose", "group", "x_m", "place"])?;
     let mut sensors = Vec::new();
@@ -150,7 +153,7 @@ fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [SensorIdentity]) -> Result
             }
             let name = row.text(1).to_string();
             if !known.insert(name.clone()) {
-                return Err(row.wrong(1, "stands twice for this sensor"));
+                return Err(row.wrong(1, "occurs twice for this sensor"));
             }
             let group = (!row.text(3).is_empty()).then(|| row.text(2).to_string());
             poses.push(PoseResults { name, group, place: row.text(4).to_string() });
@@ -161,8 +164,8 @@ fn sensors<'m>(path: &Path, bytes: &[u8], files: &'m [SensorIdentity]) -> Result
     Ok(sensors)
 }
 
-/// A combination; its representations are every one of each sensor with every one of the others, those of the
-/// last sensor varying fastest. `room` is how many bytes their names may take.
+/// A combination; its representations are all combinations of its sensors' representations, the last sensor varying
+/// fastest. `room` limits the bytes of their names.
 fn combination(entry: &Sensors, sensors: &[Posed], room: &mut usize) -> Result<CombinationResults, Issue> {
     let says = |what: &str| {
         Err(Issue::says(what).with_place(Site::Subject(format!("combination {:?}", entry.name))))
@@ -181,10 +184,10 @@ fn combination(entry: &Sensors, sensors: &[Posed], room: &mut usize) -> Result<C
     let mut members = Vec::new();
     for (name, ranges) in entry.sensors.iter().zip(&entry.poses) {
         let Some(sensor) = known(name) else {
-            return says(&format!("has a sensor {name:?} that is not there"));
+            return says(&format!("has an unknown sensor {name:?}"));
         };
         if ranges.iter().any(|[first, end]| first >= end || *end > sensor.poses.len()) {
-            return says(&format!("has poses of {name:?} that are not there"));
+            return says(&format!("has unknown poses of {name:?}"));
         }
         if ranges.windows(2).any(|two| two[0][1] > two[1][0]) {
             return says(&format!("has poses of {name:?} twice"));

@@ -1,11 +1,11 @@
-//! Rows as CSV: numbers as Rust prints them, which is the shortest text that reads back as the same number.
+//! Rows as CSV: numbers as Rust prints them, the shortest text that reads back as the same number.
 
 use std::io;
 
 use crate::results::files::WholeFile;
 use crate::results::table::{Column, Datum, RowWriter};
 
-/// Bytes that go to the file at once.
+/// Bytes per write.
 const BUFFER: usize = 1 << 18;
 
 pub(super) struct CsvWriter {

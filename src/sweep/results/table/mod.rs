@@ -1,5 +1,4 @@
-//! Tables too long for memory: typed columns, written row by row as CSV or Parquet, that appear whole or not
-//! at all.
+//! Tables too long for memory: typed columns, written row by row as CSV or Parquet, atomically.
 
 mod csv;
 #[cfg(feature = "parquet")]
@@ -12,15 +11,14 @@ use crate::results::columns::Csv;
 use crate::results::files::{WholeFile, cannot_write};
 use perirobot_march::Result;
 
-/// What a column holds.
+/// The type of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColumnKind {
     /// Text: a string in Parquet, with a dictionary.
     Text,
     /// Whole numbers below 2^63: int64 in Parquet.
     Count,
-    /// Numbers, or nothing where there is no value: a double that may be null in Parquet, an empty field in
-    /// CSV.
+    /// Numbers, possibly missing: a nullable double in Parquet, an empty field in CSV.
     Score,
 }
 
@@ -29,7 +27,7 @@ pub enum ColumnKind {
 pub struct Column {
     /// Its header.
     pub name: String,
-    /// What it holds.
+    /// Its type.
     pub kind: ColumnKind,
 }
 
@@ -47,12 +45,12 @@ pub enum Datum<'a> {
     Text(&'a str),
     /// For [`ColumnKind::Count`], below 2^63.
     Count(u64),
-    /// For [`ColumnKind::Score`]; `None` where it has no value.
+    /// For [`ColumnKind::Score`]; `None` without a value.
     Score(Option<f64>),
 }
 
 impl Datum<'_> {
-    /// As in CSV: numbers as Rust prints them, and nothing where there is no value.
+    /// As in CSV: numbers as Rust prints them, empty without a value.
     pub(crate) fn text(&self) -> String {
         match self {
             Datum::Text(text) => text.to_string(),
@@ -70,7 +68,7 @@ impl Datum<'_> {
     }
 }
 
-/// How a table is written.
+/// The format of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableFormat {
     /// Text with a header: commas, quotes where needed, the shortest decimal that gives the same double.
@@ -95,7 +93,7 @@ impl TableFormat {
         }
     }
 
-    /// The end of the file's name, without the dot.
+    /// The extension of the file's name, without the dot.
     pub fn extension(self) -> &'static str {
         match self {
             TableFormat::Csv => "csv",
@@ -105,10 +103,10 @@ impl TableFormat {
     }
 }
 
-/// What rows of a table go to.
+/// A sink for the rows of a table.
 pub type RowSink<'s> = &'s mut dyn FnMut(&[Datum<'_>]) -> Result<()>;
 
-/// A table as CSV in memory, from what gives its rows to a sink.
+/// A table as CSV in memory, from a function that passes its rows to a sink.
 ///
 /// # Errors
 /// Those of the rows.
@@ -122,27 +120,27 @@ pub fn csv_bytes(columns: &[Column], rows: impl FnOnce(RowSink) -> Result<()>) -
     Ok(csv.bytes())
 }
 
-/// A table on its way into a file. The same rows give the same bytes, and memory does not grow with their
-/// number. Dropped before [`TableFile::finish`], it leaves nothing behind.
+/// A table during writing. The same rows give the same bytes, and memory does not grow with their number. If it is
+/// dropped before [`TableFile::finish`], no file is left.
 pub struct TableFile {
     path: PathBuf,
     kinds: Vec<ColumnKind>,
     writer: Box<dyn RowWriter>,
 }
 
-/// What a format does with rows that fit the columns.
+/// Writes rows that fit the columns, in one format.
 trait RowWriter: Send {
     fn row(&mut self, fields: &[Datum<'_>]) -> io::Result<()>;
 
-    /// Writes what is left; the file is still to be committed.
+    /// Writes the rest; the file must still be committed.
     fn finish(self: Box<Self>) -> io::Result<WholeFile>;
 }
 
 impl TableFile {
-    /// Begins a table of at least one column beside the file's place, which stays as it is until the end.
+    /// Starts a table of at least one column; the file at its path is unchanged until the end.
     ///
     /// # Errors
-    /// `Error::Input` that names the file if it cannot be written; so for all methods.
+    /// `Error::Input` that names the file if it cannot be written; the same for all methods.
     pub fn create(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self> {
         TableFile::start(WholeFile::create(path)?, path, format, columns)
     }
@@ -159,12 +157,12 @@ impl TableFile {
         Ok(TableFile { path: path.into(), kinds: columns.iter().map(|column| column.kind).collect(), writer })
     }
 
-    /// Where it will be.
+    /// Its final path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Appends a row: a field a column, in their order.
+    /// Appends a row: one field per column, in their order.
     ///
     /// # Panics
     /// If the fields do not fit the columns.
@@ -174,7 +172,7 @@ impl TableFile {
         self.writer.row(fields).map_err(|e| cannot_write(&self.path, e))
     }
 
-    /// Writes what is left, and puts the file in its place.
+    /// Writes the rest, and moves the file to its path.
     pub fn finish(self) -> Result<()> {
         self.writer.finish().map_err(|e| cannot_write(&self.path, e))?.commit()
     }

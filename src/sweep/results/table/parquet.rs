@@ -14,18 +14,18 @@ use ::parquet::schema::types::{ColumnPath, Type};
 use crate::results::files::WholeFile;
 use crate::results::table::{Column, ColumnKind, Datum, RowWriter};
 
-/// Rows of a group: enough for columns to shrink well, few enough for about 30 MB of rows of results.
+/// Rows per group: enough to compress columns well, few enough for about 30 MB of rows of results.
 pub(super) const GROUP_ROWS: usize = 1 << 17;
 
-/// Text that closes a group early, so that long names do not take memory without bound.
+/// Text that closes a group early, so that long names do not take unbounded memory.
 const GROUP_TEXT_BYTES: usize = 1 << 26;
 
-/// Values that are handed to the encoder at once.
+/// Values per call of the encoder.
 const BATCH: usize = 1 << 13;
 
 pub(super) struct ParquetWriter {
     file: SerializedFileWriter<WholeFile>,
-    /// The columns of the group that is being gathered.
+    /// The columns of the current group.
     columns: Vec<Gathered>,
     rows: usize,
     text_bytes: usize,
@@ -33,13 +33,13 @@ pub(super) struct ParquetWriter {
 
 /// A column of a row group.
 enum Gathered {
-    /// All texts in a row, and where each ends.
+    /// All texts in a row, and their ends.
     Text {
         bytes: Vec<u8>,
         ends: Vec<usize>,
     },
     Count(Vec<i64>),
-    /// The values there are, and for each row 1 where it has one, else 0.
+    /// The values, and for each row 1 if it has one, else 0.
     Score {
         values: Vec<f64>,
         present: Vec<i16>,
@@ -47,7 +47,7 @@ enum Gathered {
 }
 
 impl ParquetWriter {
-    /// Begins the file.
+    /// Starts the file.
     pub(super) fn new(file: WholeFile, columns: &[Column]) -> io::Result<Self> {
         let properties = columns.iter().fold(WriterProperties::builder(), properties_of).build();
         let schema = schema(columns).map_err(io_error)?;
@@ -99,7 +99,7 @@ impl Gathered {
         }
     }
 
-    /// Takes a field, and says how many bytes of text it has.
+    /// Adds a field, and returns its bytes of text.
     fn push(&mut self, field: &Datum<'_>) -> usize {
         match (self, field) {
             (Gathered::Text { bytes, ends }, Datum::Text(text)) => {
@@ -117,7 +117,7 @@ impl Gathered {
         0
     }
 
-    /// Writes what was gathered, and begins anew.
+    /// Writes the group, and starts the next.
     fn write(&mut self, writer: &mut SerializedColumnWriter<'_>) -> Result<()> {
         match self {
             Gathered::Text { bytes, ends } => {
@@ -148,7 +148,7 @@ impl Gathered {
     }
 }
 
-/// What failed beneath, in the system's own words where there are any.
+/// The underlying error, in the system's own words if available.
 fn io_error(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(beneath) => match beneath.downcast::<io::Error>() {
@@ -173,8 +173,7 @@ fn schema(columns: &[Column]) -> Result<Type> {
     Type::group_type_builder("table").with_fields(fields).build()
 }
 
-/// Counts are small differences from row to row, and scores hardly ever repeat, so only text has a
-/// dictionary.
+/// Counts differ little from row to row, and scores hardly ever repeat, so only text has a dictionary.
 fn properties_of(builder: WriterPropertiesBuilder, column: &Column) -> WriterPropertiesBuilder {
     let path = ColumnPath::from(column.name.as_str());
     let builder = builder

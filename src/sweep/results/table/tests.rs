@@ -1,4 +1,4 @@
-//! Small tables with bytes and values written by hand, and what is left where writing fails.
+//! Small tables with bytes and values written by hand, and the state after a failed write.
 
 use std::fs;
 

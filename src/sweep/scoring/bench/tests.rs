@@ -1,10 +1,10 @@
-//! What a race tells, times aside.
+//! The contents of a race, except times.
 
 use super::super::compare::tests::{Liar, Lie, tiny};
 use super::*;
 use perirobot_march::backend::cpu::Cpu;
 
-/// Three of the tiny study's camera poses on the oracle and the liar, in two snapshots that are the same.
+/// Three of the tiny study's camera poses on the oracle and the liar, in two equal snapshots.
 fn run_race(lie: Lie) -> Result<Race> {
     let ((study, first), (_, again)) = (tiny(), tiny());
     let backend = Box::new(Liar(Cpu::new(Some(1))?, lie));

@@ -1,4 +1,4 @@
-//! Explains a difference: which ray ended elsewhere, or which voxel is marked and by which ray.
+//! Explains a difference: the ray that ended elsewhere, or the marked voxel and its ray.
 
 use super::EvidenceAndCounts;
 use perirobot_march::Result;
@@ -18,7 +18,7 @@ pub(super) fn explain(
     let differs = |(_, (a, b)): &(usize, (&End, &End))| a != b;
     if let Some((ray, (a, b))) = expected.ends.iter().zip(&got.ends).enumerate().find(differs) {
         let dir = rays.dirs_q15[ray];
-        let told = |end: &End| {
+        let describe = |end: &End| {
             let kind = match end.kind {
                 march::RETURN => "a return",
                 march::BLIND => "blind",
@@ -32,7 +32,11 @@ pub(super) fn explain(
                 end.crossings
             )
         };
-        return Ok(format!("ray {ray} (direction {dir:?}) ended as {}, expected {}", told(b), told(a)));
+        return Ok(format!(
+            "ray {ray} (direction {dir:?}) ended as {}, expected {}",
+            describe(b),
+            describe(a)
+        ));
     }
     if expected.ends.len() != got.ends.len() {
         return Ok(format!("{} rays ended, expected {}", got.ends.len(), expected.ends.len()));
@@ -54,12 +58,12 @@ pub(super) fn explain(
     }
     let unequal = counts.iter().zip(found).position(|(a, b)| a != b);
     let region = unequal.unwrap_or(counts.len().min(found.len()));
-    let told = |all: &[Confusion]| all.get(region).map(Confusion::numbers).unwrap_or_default();
+    let numbers = |all: &[Confusion]| all.get(region).map(Confusion::numbers).unwrap_or_default();
     Ok(format!(
         "all rays and planes agree, the counts of region {region} (from 0) do not: {:?}, expected {:?} (tp fp fn tn uo uf, \
          then tp fn uo of people and of the robot, then hits of people, people, people detected, parts, parts detected, each part missed, then voxels labelled twice and hits of people twice)",
-        told(found),
-        told(counts)
+        numbers(found),
+        numbers(counts)
     ))
 }
 
@@ -68,8 +72,7 @@ fn voxel_after(placement: &GridPose, dir_q15: [i32; 3], crossings: u32) -> [i32;
     march::voxel_after(placement.launch(dir_q15), crossings)
 }
 
-/// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so halving finds
-/// it.
+/// The first ray with which the oracle's evidence has a mark. Marks only grow with the rays, so bisection finds it.
 fn marking_ray(
     scene: &VoxelScene,
     rays: &Rays,

@@ -1,11 +1,11 @@
-//! A backend that lies in one place must be found out, and the place named.
+//! A backend with one false value must be found, and the place named.
 
 use super::*;
 use perirobot_march::backend::{Planes, Slot, cpu::Cpu};
 use perirobot_march::march::{End, NOTHING};
 use perirobot_study::input::Overrides;
 
-/// One lie about each pose.
+/// One false value per pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Lie {
     None,
@@ -21,7 +21,7 @@ pub(crate) enum Lie {
     FewerPoses,
 }
 
-/// The CPU, but for the lie.
+/// The CPU, except for the false value.
 pub(crate) struct Liar(pub(crate) Cpu, pub(in crate::scoring) Lie);
 
 impl Backend for Liar {
@@ -116,7 +116,7 @@ fn check(lie: Lie, differences: u64, expected: &[&str]) {
 #[test]
 fn each_kind_of_lie_is_found_and_named() {
     let place = "scene tiny, pose camera:wall/0/0, liar against the oracle: ";
-    // A voxel in front of the first pose that its rays free, and one that none reaches.
+    // A voxel in front of the first pose that its rays free, and one outside all rays.
     let (study, world) = tiny();
     let mut oracle = Oracle::default();
     oracle.tables(&[perirobot_study::world::ray_tables(&study)[0].clone().unwrap()]).unwrap();

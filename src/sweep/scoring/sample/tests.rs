@@ -1,4 +1,4 @@
-//! Rays whose ends are known by hand, in an open row of ten voxels of a metre with a wall at the end.
+//! Rays with ends worked out by hand, in an open row of ten voxels of a metre with a wall at the end.
 
 use std::fs;
 
@@ -49,7 +49,7 @@ fn poses_that_choices_share_are_counted_once() {
     let paper = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/paper/exp2.toml");
     let study = Study::load(paper.as_ref(), &Overrides::default()).unwrap();
     let triplet = |choice| PoseChoice { combination: 0, choice };
-    // A pad, a camera, a robot; the cover has three ways to be and varies fastest.
+    // A pad, a camera, a robot; the cover has three settings and varies fastest.
     assert_eq!(poses(&study, &[0, 1, 2].map(triplet)), 6);
     assert_eq!(poses(&study, &[0, 3].map(triplet)), 5, "another pose of the camera");
     assert_eq!(poses(&study, &[triplet(0), triplet(0)]), 4);
@@ -57,13 +57,17 @@ fn poses_that_choices_share_are_counted_once() {
 
 #[test]
 fn two_measurements_tell_two_costs_apart() {
-    // 3 s a pose, half a second a choice.
-    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [35.0, 56.0]), [3.0, 0.5]);
-    assert_eq!(both([[10.0, 10.0], [20.0, 20.0]], [30.0, 60.0]), [3.0, 0.0], "they cannot be told apart");
-    // A busy machine: what would come out below nothing is nothing, and the other has all.
-    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [1.0, 54.0]), [0.0, 0.5]);
-    assert_eq!(both([[10.0, 10.0], [2.0, 100.0]], [30.0, 0.0]), [2.5, 0.0]);
-    assert_eq!(both([[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]), [0.0, 0.0]);
+    // 3 s per pose, half a second per choice.
+    assert_eq!(solve_two([[10.0, 10.0], [2.0, 100.0]], [35.0, 56.0]), [3.0, 0.5]);
+    assert_eq!(
+        solve_two([[10.0, 10.0], [20.0, 20.0]], [30.0, 60.0]),
+        [3.0, 0.0],
+        "they cannot be told apart"
+    );
+    // A busy machine: a negative result becomes zero, and the other kind gets all time.
+    assert_eq!(solve_two([[10.0, 10.0], [2.0, 100.0]], [1.0, 54.0]), [0.0, 0.5]);
+    assert_eq!(solve_two([[10.0, 10.0], [2.0, 100.0]], [30.0, 0.0]), [2.5, 0.0]);
+    assert_eq!(solve_two([[0.0, 0.0], [0.0, 0.0]], [0.0, 0.0]), [0.0, 0.0]);
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! What a map overlooks, by hand in a corridor, and in random cells against a plain search that goes from voxel to voxel.
+//! The missed voxels of a map, by hand in a corridor, and in random cells compared with a plain search from voxel to
+//! voxel.
 
 use super::*;
 use crate::view::why::tests::proof::{CaseRandom, random_ring, random_scene, random_study};
@@ -21,7 +22,7 @@ const BOXES: &str = "interior = \"free\"\n\
     [[object]]\nname = \"wall, behind\"\nbox = { size_m = [0.5, 0.5, 0.5] }\nposition_m = [4.5, 1.5, 1.5]\n\
     [[object]]\nname = \"box\"\nbox = { size_m = [0.5, 0.5, 0.5] }\nposition_m = [7.5, 1.5, 1.5]\n";
 
-/// What is overlooked in the corridor, at these x of its middle: `FREE` where nothing else is said.
+/// The missed voxels in the corridor for these labels at x along its middle; `FREE` elsewhere.
 fn overlooked_in_corridor(said: &[(i32, u8)], places: &[[f64; 3]]) -> Vec<(&'static str, String, Vec<i32>)> {
     let (study, worlds) = ready(CORRIDOR, BOXES, &[]);
     let label = |[x, y, z]: [usize; 3]| {
@@ -33,10 +34,11 @@ fn overlooked_in_corridor(said: &[(i32, u8)], places: &[[f64; 3]]) -> Vec<(&'sta
     map.places_m = places.iter().map(|place| DVec3::from_array(*place)).collect();
     let view = map.view().unwrap();
     let name = |object: Option<usize>| object.map_or("", |index| &view.truth.objects[index].name).to_string();
-    let told = map.find_overlooked(&view).into_iter().map(|Overlooked { reason, object, voxels }| {
-        (reason.name(), name(object), voxels.voxels().map(|[x, ..]| x).collect())
-    });
-    told.collect()
+    let missed_voxels =
+        map.find_overlooked(&view).into_iter().map(|Overlooked { reason, object, voxels }| {
+            (reason.name(), name(object), voxels.voxels().map(|[x, ..]| x).collect())
+        });
+    missed_voxels.collect()
 }
 
 #[test]
@@ -46,16 +48,16 @@ fn each_reason_in_a_corridor() {
         ([(3, UNKNOWN), (4, UNKNOWN), (7, UNKNOWN)], [(3, OCCUPIED), (4, OCCUPIED), (7, OCCUPIED)]);
     assert_eq!(overlooked_in_corridor(&all, &[]), []);
     assert_eq!(overlooked_in_corridor(&nothing, &[]), [found("not_measured", "", &[3, 4, 7])]);
-    // From the near end, inside of the grid and outside, the first voxel of the wall is in sight.
+    // From the near end, inside and outside the grid, the first voxel of the wall is in sight.
     for near in [[0.5, 1.5, 1.5], [-5.5, 1.5, 1.5], [3.5, 1.5, 1.5]] {
         let expected = match near[0] < 3.0 {
             true => vec![found("hidden", "wall", &[4, 7]), found("not_measured", "", &[3])],
-            // In the wall there is nothing between it and what is behind.
+            // From inside the wall, nothing is in front of the voxel behind.
             false => vec![found("hidden", "wall, behind", &[7]), found("not_measured", "", &[3, 4])],
         };
         assert_eq!(overlooked_in_corridor(&nothing, &[near]), expected, "{near:?}");
     }
-    // From both ends only the middle is hidden from all; the first place says by what.
+    // From both ends only the middle is hidden from all; the first place determines the object.
     let ends = [[0.5, 1.5, 1.5], [9.5, 1.5, 1.5]];
     assert_eq!(
         overlooked_in_corridor(&nothing, &ends),
@@ -63,8 +65,9 @@ fn each_reason_in_a_corridor() {
     );
     let [near, far] = ends;
     assert_eq!(overlooked_in_corridor(&nothing, &[far, near])[0], found("hidden", "box", &[4]));
-    // A voxel before the wall is called occupied: it is the wall's, whatever hides it. One that rightly is so says nothing of
-    // the unknown one behind it, but tells that the thing is there which the free one is part of.
+    // A voxel in front of the wall is labelled occupied: it counts as the wall's, even if the wall is hidden. A
+    // correctly labelled voxel does not affect the unknown one behind it, but shows that the object of a free neighbour
+    // is in the map.
     assert_eq!(
         overlooked_in_corridor(&[(2, OCCUPIED), (3, UNKNOWN), (4, OCCUPIED), (7, OCCUPIED)], &[near]),
         [found("beside", "", &[3])]
@@ -79,7 +82,7 @@ fn each_reason_in_a_corridor() {
     );
 }
 
-/// Why a voxel is overlooked, by single steps; nothing is shared with what is tested but how a ray steps.
+/// Why a voxel is missed, by single steps; shares only the stepping of rays with the tested code.
 fn plain(
     view: &View,
     label: &dyn Fn([i32; 3]) -> u8,
@@ -124,9 +127,9 @@ fn plain(
 
 #[test]
 fn in_random_cells_reasons_are_those_of_a_plain_search() {
-    let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
+    let only_seed = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     let mut met = [0; 4];
-    for seed in asked.map_or(0..24, |seed: u32| seed..seed + 1) {
+    for seed in only_seed.map_or(0..24, |seed: u32| seed..seed + 1) {
         let random = &mut CaseRandom(seed);
         let (scene, ring) = (random_scene(random), random_ring(random));
         let (study, worlds) = ready(&random_study(random), &scene, &[("ring.csv", ring)]);
@@ -134,7 +137,7 @@ fn in_random_cells_reasons_are_those_of_a_plain_search() {
         let (truth, grid) = (world.truth(), world.grid);
         let size = grid.size.map(|n| n as i32);
         let [wide, deep, high] = size;
-        // A map that is mostly right, and says little.
+        // A mostly correct map with few labels.
         let share = 2 + random.number_below(20);
         let labels: Vec<u8> = (0..wide * deep * high)
             .map(|n| {
@@ -166,17 +169,18 @@ fn in_random_cells_reasons_are_those_of_a_plain_search() {
         map.places_m =
             places.iter().map(|place| corner_m + DVec3::from_array(*place) * grid.voxel_size_m).collect();
         let view = map.view().unwrap();
-        let told = map.find_overlooked(&view);
+        let missed_voxels = map.find_overlooked(&view);
         let missed: u64 = (0..view.world.regions.len())
             .map(|region| {
                 let counts = view.counts(region);
-                let of_region = told.iter().map(|one| one.count(&[&view.world.regions[region].voxels]));
+                let of_region =
+                    missed_voxels.iter().map(|one| one.count(&[&view.world.regions[region].voxels]));
                 assert_eq!(of_region.sum::<u64>(), counts.fn_ + counts.uo, "seed {seed}, region {region}");
                 counts.fn_ + counts.uo
             })
             .sum();
         assert!(missed > 0);
-        for Overlooked { reason, object, voxels } in &told {
+        for Overlooked { reason, object, voxels } in &missed_voxels {
             for voxel in voxels.voxels() {
                 let expected = plain(&view, &label, &places, voxel);
                 assert_eq!(
@@ -188,5 +192,5 @@ fn in_random_cells_reasons_are_those_of_a_plain_search() {
             }
         }
     }
-    assert!(asked.is_some() || met.iter().all(|&count| count > 100), "{met:?}");
+    assert!(only_seed.is_some() || met.iter().all(|&count| count > 100), "{met:?}");
 }

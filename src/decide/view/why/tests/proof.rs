@@ -1,5 +1,5 @@
-//! The list of reasons is complete and right: random cells, and every kind of sensor, against a plain search
-//! of every ray. `PERIROBOT_CASE=<seed>` runs one cell.
+//! The list of reasons is complete and correct: random cells, and every kind of sensor, compared with a plain search of
+//! every ray. `PERIROBOT_CASE=<seed>` runs one cell.
 
 use glam::DVec3;
 
@@ -9,8 +9,8 @@ use perirobot_march::backend::Fusion;
 use perirobot_march::march::{NEVER, pcg};
 use perirobot_study::sensor::{FieldOfView, MEASURES, quantise_q15};
 
-/// What a sensor should say of a voxel, and the voxel that its ray ended in: all rays searched, single steps,
-/// nothing shared with what is tested but directions, fields of view and gaps.
+/// The expected evidence of a sensor for a voxel, and the voxel that ended its ray: searches all rays by single steps;
+/// shares only directions, fields of view and gaps with the tested code.
 fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[i32; 3]>) {
     let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
     if member.says.occupied.get(voxel) || member.says.free.get(voxel) {
@@ -34,10 +34,10 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
 
     let gates = rays.gates_of(ray);
     let mut entered = None;
-    // What ended the ray, where, and whether it had crossed the voxel by then.
+    // The end of the ray, its place, and whether the ray had crossed the voxel by then.
     let mut end: Option<([i32; 3], u32, bool)> = None;
     let mut left = false;
-    // The ray as it is believed to go crosses the voxel; as it is truly cast it ends in something.
+    // The believed ray crosses the voxel; the true ray ends at an object.
     for (from, is_cast) in [(*from, from.truly.is_none()), (from.caster(), true)] {
         let mut at = from.launch(rays.dirs_q15[ray]);
         if from.origin_q16 == member.placement.origin_q16 && at.voxel == voxel {
@@ -135,7 +135,7 @@ fn reason_without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Rea
     }
 }
 
-/// The nearest ray, and how far off it is, squared in Q30.
+/// The nearest ray, and its squared distance in Q30.
 fn nearest_plain(rays: &Rays, direction: DVec3) -> (usize, i64) {
     if let Some(image) = &rays.image {
         let aside = |a: usize| match direction.z > 0.0 {
@@ -157,7 +157,8 @@ fn nearest_plain(rays: &Rays, direction: DVec3) -> (usize, i64) {
     (ray, off)
 }
 
-/// What a view says is what the plain search says, and adds up; how often each reason was met.
+/// Asserts that a view agrees with the plain search, and that its numbers add up; counts how often each reason
+/// occurred.
 fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &str) {
     let missed = view.why_in_regions();
     for region in 0..view.world.regions.len() {
@@ -170,9 +171,10 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
     for Missed { cause, voxels } in &missed {
         met[cause.reason as usize] += voxels.count();
         for voxel in voxels.voxels().step_by(every) {
-            let said: Vec<_> = view.members.iter().map(|member| plain(view, member, voxel)).collect();
-            let reason = said.iter().map(|(reason, _)| *reason).max().unwrap();
-            let hit = said.iter().find(|one| one.0 == reason).and_then(|one| one.1);
+            let expected_causes: Vec<_> =
+                view.members.iter().map(|member| plain(view, member, voxel)).collect();
+            let reason = expected_causes.iter().map(|(reason, _)| *reason).max().unwrap();
+            let hit = expected_causes.iter().find(|one| one.0 == reason).and_then(|one| one.1);
             let stops = |hit| objects.iter().position(|object| object.stops_rays && object.voxels.get(hit));
             let expected = Cause { reason, object: hit.and_then(stops) };
             assert_eq!(*cause, expected, "{voxel:?} of {:?}\n{rerun}", view.choice);
@@ -185,7 +187,7 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
     }
 }
 
-/// A view of the regions alone says the same of them as one of the whole grid.
+/// Asserts that a view of only the regions agrees with one of the whole grid.
 fn same_in_regions(whole: &View, alone: View, rerun: &str) {
     let what = format!("{:?}\n{rerun}", whole.choice);
     for region in 0..whole.world.regions.len() {
@@ -194,7 +196,7 @@ fn same_in_regions(whole: &View, alone: View, rerun: &str) {
     assert_eq!(alone.why_in_regions(), whole.why_in_regions(), "{what}");
 }
 
-/// Some choices of every combination, by both rules of fusion.
+/// Some choices of every combination, with both rules of fusion.
 fn check_all(mut study: Study, worlds: &[World], every: [usize; 2], met: &mut [u64; 11], rerun: &str) {
     for fusion in [Fusion::OccupiedWins, Fusion::Octomap] {
         study.combinations.iter_mut().for_each(|combination| combination.fusion = fusion);
@@ -228,7 +230,7 @@ fn every_kind_of_sensor_has_its_reasons() {
     for noiseless in [false, true] {
         let overrides = Overrides { voxel_size_m: Some(0.2), noiseless };
         let mut study = Study::load(&path, &overrides).unwrap();
-        // All that cast speak through their rays alone, too.
+        // All casting sensors, also by their rays alone.
         for (sensor, spec) in study.sensors.iter().enumerate() {
             let members = vec![perirobot_study::input::Member { sensor, candidates: vec![0] }];
             let name = spec.name.clone();
@@ -241,7 +243,7 @@ fn every_kind_of_sensor_has_its_reasons() {
         let worlds = World::prepare_all(&study).unwrap();
         check_all(study, &worlds[..1], [7, 17], &mut met, &format!("noiseless: {noiseless}"));
     }
-    // Its room is closed, and nothing stands near to a lens.
+    // The room is closed, and no object is close to a lens.
     for reason in [Reason::OutOfView, Reason::Silent, Reason::BetweenRays, Reason::Hidden, Reason::Misread] {
         assert!(met[reason as usize] > 0, "no voxel is {}: {met:?}", reason.name());
     }
@@ -396,9 +398,9 @@ pub(crate) fn random_ring(random: &mut CaseRandom) -> String {
 
 #[test]
 fn in_random_cells_reasons_are_complete_and_right() {
-    let asked = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
+    let only_seed = std::env::var("PERIROBOT_CASE").ok().and_then(|seed| seed.parse().ok());
     let mut met = [0; 11];
-    for seed in asked.map_or(0..32, |seed: u32| seed..seed + 1) {
+    for seed in only_seed.map_or(0..32, |seed: u32| seed..seed + 1) {
         let random = &mut CaseRandom(seed);
         let (scene, ring) = (random_scene(random), random_ring(random));
         let study = random_study(random);
@@ -406,5 +408,5 @@ fn in_random_cells_reasons_are_complete_and_right() {
         let rerun = format!("rerun: PERIROBOT_CASE={seed} cargo test --lib view::why::tests::proof");
         check_all(study, &worlds, [1, 7], &mut met, &rerun);
     }
-    assert!(asked.is_some() || met[..10].iter().all(|&count| count > 0), "{met:?}");
+    assert!(only_seed.is_some() || met[..10].iter().all(|&count| count > 0), "{met:?}");
 }

@@ -1,5 +1,5 @@
-//! What the page's script knows of the maps of a sensor's places: where these lie on paper, and what stands there. The
-//! script gives them their size on the screen and their colours.
+//! The data of the maps of a sensor's places for the page's script: their positions on paper, and the objects there.
+//! The script adds screen sizes and colours.
 
 use glam::{DVec2, DVec3};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use crate::render::scale::{marks, step};
 use crate::report::unfolded::{Map, MapPart, Position, maps};
 use perirobot_study::sensor::{Sensor, Setting};
 
-/// A scene's room, and what stands in it: corners in metres.
+/// A scene's room and objects: corners in metres.
 pub(super) struct Furnished {
     pub(super) room_m: [DVec3; 2],
     pub(super) things_m: Vec<[DVec3; 2]>,
@@ -17,7 +17,7 @@ pub(super) struct Furnished {
 /// A place on paper, in metres.
 type OnPaper = [f64; 2];
 
-/// The maps of a sensor's places, and what stands there in each scene.
+/// The maps of a sensor's places, and the objects in each scene.
 #[derive(Serialize)]
 pub(super) struct MapsData {
     /// For each kind of room.
@@ -27,20 +27,20 @@ pub(super) struct MapsData {
 
 #[derive(Serialize)]
 struct SceneOfMaps {
-    /// Which of the maps are of its room.
+    /// The maps of its room.
     maps: usize,
-    /// For each map, part and thing the corners of what the thing covers; nothing of a sensor on a link.
+    /// For each map, part and object the corners of the covered area; empty for a sensor on a link.
     covered: Vec<Vec<Vec<[OnPaper; 2]>>>,
 }
 
 #[derive(Serialize)]
 struct MapData {
     title: String,
-    /// The axes that run to the right and up; `None` where walls are unfolded.
+    /// The axes to the right and up; `None` for unfolded walls.
     axes: Option<[usize; 2]>,
     /// Round metres along these.
     metres: Option<[Vec<String>; 2]>,
-    /// The corners of what is drawn, and of what is seen from above in it.
+    /// The corners of the drawing, and of its part seen from above.
     ends: [OnPaper; 2],
     flat: [OnPaper; 2],
     parts: Vec<PartData>,
@@ -49,9 +49,9 @@ struct MapData {
 #[derive(Serialize)]
 struct PartData {
     label: Option<LabelData>,
-    /// Width and height of a spot, where they form a lattice.
+    /// Width and height of a spot in a lattice.
     size: Option<OnPaper>,
-    /// The middle of each spot, and the candidates that are there.
+    /// The middle of each spot, with its candidates.
     spots: Vec<(OnPaper, Vec<usize>)>,
 }
 
@@ -111,7 +111,7 @@ fn map_data(map: &Map) -> MapData {
     }
 }
 
-/// About so many round metres between two places.
+/// About this many round metres between two places.
 pub(super) fn round_metres([low, high]: [f64; 2], count: f64) -> Vec<String> {
     let apart = step((high - low).max(1e-3) / count);
     marks(low, high, apart).map(|(_, text)| text).collect()

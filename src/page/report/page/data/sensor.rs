@@ -1,5 +1,4 @@
-//! What the page's script knows of a sensor: where its poses are, what is around them, where its rays look,
-//! and what it stands on.
+//! The data of a sensor for the page's script: its poses and surroundings, its directions of view, and its carrier.
 
 use serde::Serialize;
 
@@ -16,11 +15,11 @@ use perirobot_study::world::place::Places;
 pub(super) struct SensorData<'a> {
     name: &'a str,
     kind: &'static str,
-    /// Whether it lies or stands level, with its origin at a corner.
+    /// Whether it is level with its origin at a corner.
     level: bool,
-    /// The ground below what it watches, in its own frame.
+    /// The ground below its watched volume, in its own frame.
     grounds: Vec<Vec<[f64; 3]>>,
-    /// What carries it, and where that is in the world at each moment.
+    /// Its carrier, with its pose in the world at each moment.
     on: Option<Carrier<'a>>,
     poses: Vec<PoseData<'a>>,
     maps: MapsData,
@@ -38,19 +37,19 @@ struct Carrier<'a> {
 struct PoseData<'a> {
     name: &'a str,
     group: &'a str,
-    /// Where it is, in words.
+    /// The place in words.
     place: String,
     #[serde(flatten)]
     frame: Option<FrameData>,
     /// Pan, tilt and roll.
     turned_deg: Option<[f64; 3]>,
-    /// How far a cover senses.
+    /// The reach of a cover.
     senses_m: Option<f64>,
-    /// What is around it; unknown for a sensor on a link.
+    /// Its surroundings; unknown for a sensor on a link.
     around: Option<Around>,
 }
 
-/// Of the sensor of this number.
+/// The data of a sensor by its index.
 pub(super) fn sensor_data<'a>(
     study: &'a Study,
     worlds: &[World],

@@ -1,4 +1,4 @@
-//! What stays blind, and why: tables, and the cell in three dimensions.
+//! The section on blind space: tables of reasons, and the cell in three dimensions.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -8,11 +8,11 @@ use crate::report::page::cells::ExplainedVoxels;
 use crate::report::page::leaders::{Leader, leaders};
 use crate::report::page::missed::{MissedVoxels, missed_voxels};
 
-/// What is missed by what is recommended, and by the best placements by each score.
+/// The misses of the recommended choice, and of the best placements by each score.
 pub(super) struct Blind<'a> {
     missed: Vec<MissedVoxels<'a>>,
     of_leaders: Vec<(Leader<'a>, Vec<MissedVoxels<'a>>)>,
-    /// What is recommended at its worst moment, as an address that holds the picture.
+    /// The picture of the recommended choice at its worst moment, as a data address.
     picture: Option<String>,
 }
 
@@ -44,7 +44,7 @@ impl<'a> Blind<'a> {
                 h3 #reasons-title { "Why voxels stay unknown" }
                 p #reasons-note.hint {
                     "Each unknown voxel of the region has the first reason that applies to the ray nearest to its centre. \
-                     Monitored: a sensor looks there, and something keeps it from knowing. reasons.csv has the totals of the \
+                     Monitored: a sensor looks there but cannot label it. reasons.csv has the totals of the \
                      best poses."
                 }
                 div #reasons.plot {}
@@ -75,8 +75,8 @@ fn cell(picture: Option<&str>) -> Markup {
                         @if let Some(address) = picture {
                             img src=(address) alt="The recommended choice of poses, as the program draws it";
                             figcaption {
-                                "As the program draws what is recommended, at its worst moment: what is blue and green is \
-                                 called occupied, what is grey and orange is unknown."
+                                "As the program draws what is recommended, at its worst moment: blue and green voxels are \
+                                 labelled occupied, grey and orange ones are unknown."
                             }
                         }
                     }

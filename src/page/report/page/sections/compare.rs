@@ -1,4 +1,5 @@
-//! How all places compare: maps and a table, drawn by the script; distributions as charts and as tables; scores over time.
+//! The comparison of all places: maps and a table, drawn by the script; distributions as charts and as tables; scores
+//! over time.
 
 mod distribution_chart;
 mod time_chart;
@@ -17,15 +18,15 @@ use distribution_chart::distribution_chart;
 use perirobot_march::metrics::Score;
 use time_chart::{TimeChart, time_charts};
 
-/// What is told of all places.
+/// The facts on all places.
 pub(super) struct Compare {
     distributions: Vec<Titled>,
     charts: ScoreCharts,
-    /// Of scenes that move.
+    /// Charts of moving scenes.
     times: Vec<TimeChart>,
-    /// Whether positions are of sets of sensors.
+    /// Whether positions are those of sets of sensors.
     has_maxima: bool,
-    /// Whether there is one place for each sensor, and so nothing to select.
+    /// Whether each sensor has a single place, so that there is nothing to select.
     is_fixed: bool,
 }
 
@@ -48,7 +49,7 @@ impl Compare {
         }
     }
 
-    /// Charts that are not shown first.
+    /// Charts that are not shown initially.
     pub(super) fn other_charts(&self) -> Markup {
         self.charts.others()
     }

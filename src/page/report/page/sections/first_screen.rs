@@ -1,5 +1,4 @@
-//! The first screen: what was asked, what is recommended, a few large numbers with what is possible at most, and the
-//! floor plan.
+//! The first screen: the question, the recommended choice, a few large numbers with their bounds, and the floor plan.
 
 mod answer;
 mod tile;
@@ -22,41 +21,41 @@ use tile::{BigNumber, blind_share, cost_of, tiles};
 /// The first screen.
 #[derive(Debug)]
 pub(super) struct FirstScreen {
-    /// Where the cheapest set that passes was chosen, the answer.
+    /// The answer, if the question was the cheapest set.
     answer: Option<PurchaseAnswer>,
-    /// What the choice is called.
+    /// The title of the choice.
     heading: &'static str,
-    /// What was asked, as a sentence.
+    /// The question, as a sentence.
     asked: String,
-    /// The names of the recommended choice, of which all numbers are.
+    /// The names of the recommended choice, the subject of all numbers.
     pub(super) set: String,
-    /// Of what the recommended choice is the best.
+    /// Its distinction.
     why: String,
     pub(super) sensors: Vec<RecommendedSensor>,
-    /// What they cost, if that is known.
+    /// Its cost, if known.
     pub(super) cost: Option<String>,
-    /// The share of the first plan's floor that nothing watches.
+    /// The unwatched share of the first plan's floor.
     pub(super) blind_floor: String,
-    /// Which of them cast fewer rays than their devices.
+    /// The sensors that cast fewer rays than their devices.
     thinned: Vec<String>,
-    /// In which region, and over what.
+    /// The region and the extent.
     counted: String,
     tiles: Vec<BigNumber>,
-    /// That of the scene where the choice is the worst first.
+    /// The plan of the scene with the worst score comes first.
     pub(super) plans: Vec<ShownPlan>,
 }
 
 /// A sensor of the recommended choice.
 #[derive(Debug)]
 pub(super) struct RecommendedSensor {
-    /// As in the plan.
+    /// Its letter in the plan.
     letter: String,
     name: String,
     place: String,
     cost: String,
 }
 
-/// A plan with what stands below it.
+/// A plan with its legend.
 #[derive(Debug)]
 pub(super) struct ShownPlan {
     pub(super) svg: String,
@@ -67,7 +66,7 @@ pub(super) struct ShownPlan {
 }
 
 impl FirstScreen {
-    /// Of what is recommended; `None` where no choice has a score.
+    /// For the recommended choice; `None` if no choice has a score.
     pub(super) fn from_recommended(findings: &Findings) -> Result<Option<FirstScreen>> {
         findings.recommended.map(|one| FirstScreen::new(findings, one)).transpose()
     }
@@ -85,9 +84,9 @@ impl FirstScreen {
         let others = (0..results.scenes.len()).filter(|scene| *scene != recommended.scene);
         let plans: Vec<(FloorPlan, ShownPlan)> =
             [recommended.scene].into_iter().chain(others).map(plan).collect();
-        let asked = &study.combinations[series.combination];
+        let spec = &study.combinations[series.combination];
         let currency = study.currency.as_deref();
-        let named = asked.members.iter().zip(combination.poses(choice)).zip(&plans[0].0.sensors);
+        let named = spec.members.iter().zip(combination.poses(choice)).zip(&plans[0].0.sensors);
         let sensors = named.map(|((member, (of, pose)), (letter, _))| RecommendedSensor {
             letter: letter.clone().unwrap_or_default(),
             name: of.sensor.clone(),
@@ -97,11 +96,11 @@ impl FirstScreen {
                 .cost
                 .map_or(String::new(), |cost| cost.to_text(currency)),
         });
-        let members = asked.members.iter().map(|member| &study.sensors[member.sensor]);
+        let members = spec.members.iter().map(|member| &study.sensors[member.sensor]);
         let mut thinned: Vec<String> = members
             .filter_map(|sensor| Some(format!("“{}” {}.", sensor.name, sensor.thinned.as_ref()?)))
             .collect();
-        // A sensor may be in a set more than once.
+        // A set may contain a sensor twice.
         thinned.dedup();
         Ok(FirstScreen {
             thinned,
@@ -168,7 +167,7 @@ impl FirstScreen {
     }
 }
 
-/// What stands in its place where no choice has a score.
+/// The screen if no choice has a score.
 pub(super) fn render_empty() -> Markup {
     html! {
         p.disclaimer {
@@ -200,8 +199,7 @@ impl ShownPlan {
     }
 }
 
-/// The plan of a choice in a scene at a moment, with the outline of the region that is asked about, and with the ways in if
-/// they are known.
+/// The plan of a choice in a scene at a moment, with the outline of its region, and the ways in if known.
 pub(super) fn draw_plan(
     sweep: &ReportedSweep,
     (looked, region): (Choice, usize),
@@ -228,7 +226,7 @@ pub(super) fn draw_plan(
         legend: plan.legend.iter().map(|(class, meaning)| (swatch(class), meaning.clone())).collect(),
         floor: format!(
             "Of {floor:.1} m² of floor, {blind:.1} m² are blind, and above another {hardly:.1} m² less than half is watched, \
-             as if nobody stood there."
+             without people."
         ),
     };
     (plan, shown)

@@ -1,6 +1,6 @@
-//! Is it good enough? The verdicts on what a study requires, what scores are under each condition, and how near
-//! somebody comes unnoticed: from the files that `judge` and `approach` have written into the folder, as far as they
-//! are of the recommended choice, and where there are none, the verdicts with everything as planned.
+//! The section on requirements: their verdicts, the scores under each condition, and unnoticed approaches. The data
+//! come from the files of `judge` and `approach` in the folder, if they belong to the recommended choice; otherwise
+//! only the verdicts as planned are shown.
 
 mod near;
 
@@ -22,28 +22,28 @@ use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_scene::shell;
 use perirobot_sweep::results::files::CONDITIONS;
 
-/// Whether it is good enough.
+/// Whether the choice meets the requirements.
 #[derive(Debug, Default)]
 pub(super) struct Good {
-    /// Where the verdicts are from, and what of the folder is not shown.
+    /// The source of the verdicts, and parts of the folder that are not shown.
     notes: Vec<String>,
-    /// What is required, with its verdicts.
+    /// The requirements with their verdicts.
     pub(super) required: Vec<ShownRequirement>,
-    /// Of several choices that were judged each: its names, and what was decided.
+    /// The verdicts of each of several judged choices, by name.
     judged: Vec<(String, Good)>,
-    /// What scores are under each condition, and the ways in.
+    /// The scores under each condition, and the ways in.
     tables: Vec<Titled>,
-    /// Floor plans of approach: their names, and the pictures as addresses.
+    /// Floor plans of approach: names, and pictures as addresses.
     plans: Vec<(String, String)>,
-    /// How more is found out: commands.
+    /// Commands for more details.
     commands: Vec<(String, String)>,
 }
 
 impl Good {
-    /// What is known of the recommended choice.
+    /// The facts about the recommended choice.
     ///
     /// # Errors
-    /// When a file of the folder cannot be read, or is none of these tables.
+    /// If a file of the folder cannot be read, or is not one of these tables.
     pub(super) fn new(findings: &Findings) -> Result<Good> {
         let mut good = findings.recommended.map(|one| good(findings, one)).transpose()?.unwrap_or_default();
         let refused = findings.refused.as_ref();
@@ -52,10 +52,10 @@ impl Good {
         Ok(good)
     }
 
-    /// The verdicts alone on a choice, and where they are from.
+    /// Only the verdicts on a choice, and their source.
     ///
     /// # Errors
-    /// When a journal cannot be read.
+    /// If a journal cannot be read.
     pub(super) fn from_verdicts(findings: &Findings, looked: Choice, names: &[String; 3]) -> Result<Good> {
         let (note, required) = match findings.judged.iter().find(|one| one.names == *names) {
             Some(one) => (one.note.clone(), one.required.clone()),
@@ -93,7 +93,7 @@ impl Good {
         }
     }
 
-    /// What is required, and whether it is met.
+    /// The requirements and their verdicts.
     pub(super) fn view_verdicts(&self) -> Markup {
         html! {
             ul.verdicts {
@@ -139,7 +139,7 @@ impl Good {
         text
     }
 
-    /// How many requirements are met, in some words; nothing if there are none.
+    /// The verdicts in a few words; `None` without requirements.
     pub(super) fn summary(&self) -> Option<String> {
         let [met, missed, open] = self.counts();
         let all = self.required.len();
@@ -151,7 +151,7 @@ impl Good {
         }
     }
 
-    /// How many requirements are met, missed and open.
+    /// The numbers of met, missed and open requirements.
     fn counts(&self) -> [usize; 3] {
         ["PASS", "FAIL", "OPEN"]
             .map(|verdict| self.required.iter().filter(|one| one.verdict() == verdict).count())
@@ -222,7 +222,7 @@ fn table(scores: &[&ConditionScore]) -> Table {
     table
 }
 
-/// A share as percent, another value with at most four digits after the point; distances are rounded to the safe side.
+/// A share as percent, another value with at most four decimals; distances are rounded to the safe side.
 fn shortened(score: &str, JsonNumber(value): JsonNumber) -> String {
     let text = value.to_string();
     let counted = Score::ALL.into_iter().find(|known| known.name() == score);
@@ -235,7 +235,7 @@ fn shortened(score: &str, JsonNumber(value): JsonNumber) -> String {
     }
 }
 
-/// A choice that was judged, by name.
+/// A judged choice, by name.
 fn judged_good(one: &JudgedChoice) -> (String, Good) {
     let [combination, poses, representation] = &one.names;
     let good = Good { required: one.required.clone(), ..Good::default() };
@@ -247,10 +247,10 @@ mod tests {
     use super::*;
     use crate::report::page::verdicts::ShownVerdict;
 
-    /// What is said of requirements with these verdicts.
+    /// Checks the texts for these verdicts.
     #[track_caller]
     fn check(requirements: &[&[&'static str]], verdict: &str, words: &str) {
-        let of = |verdicts: &&[&'static str]| {
+        let requirement = |verdicts: &&[&'static str]| {
             let one = |verdict: &&'static str| ShownVerdict {
                 verdict,
                 name: String::new(),
@@ -260,7 +260,7 @@ mod tests {
             let verdicts = verdicts.iter().map(one).collect();
             ShownRequirement { name: String::new(), asked: String::new(), safety_function: None, verdicts }
         };
-        let good = Good { required: requirements.iter().map(of).collect(), ..Good::default() };
+        let good = Good { required: requirements.iter().map(requirement).collect(), ..Good::default() };
         assert_eq!((good.verdict(), good.overall().as_str()), (verdict, words));
     }
 

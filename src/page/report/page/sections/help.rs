@@ -1,5 +1,5 @@
-//! What would help most: the largest gains that the folder knows of, sorted. Ways in that come too near are first, since
-//! they decide whether the robot may run; then what keeps the most of the region unknown.
+//! The most useful changes: the largest gains according to the folder, sorted. Ways in that come too near are first,
+//! since they decide whether the robot may run; then the largest causes of unknown space.
 
 use maud::{Markup, html};
 
@@ -10,20 +10,20 @@ use perirobot_decide::approach::{ApproachRow, Approaches};
 use perirobot_march::Result;
 use perirobot_march::voxel::{rounded_down, rounded_up};
 
-/// Most changes that are named.
+/// The most changes listed.
 const MOST: usize = 3;
 
-/// What would help the recommended choice.
+/// The most useful changes of the recommended choice.
 #[derive(Debug)]
 pub(super) struct Help {
-    /// The gain of each change, and what to change.
+    /// The gain of each change, with its description.
     changes: Vec<(String, String)>,
-    /// Where the numbers are from.
+    /// The source of the numbers.
     source: &'static str,
 }
 
 impl Help {
-    /// `None` if nothing is known that would help.
+    /// `None` if no useful change is known.
     ///
     /// # Errors
     /// Those of [`Approaches::read`].
@@ -50,7 +50,7 @@ impl Help {
     }
 }
 
-/// The ways in of the recommended choice that come too near, the worst of each entry, the shortest first.
+/// The ways in of the recommended choice that come too near, the worst of each entry, shortest first.
 fn short_ways(findings: &Findings) -> Result<Vec<(String, String)>> {
     let own = findings.recommended.map(|one| one.names(findings.sweep.results, findings.rankings));
     let found = Approaches::read(findings.sweep.folder)?;
@@ -84,7 +84,7 @@ fn describe_way(margin: f64, row: &ApproachRow) -> (String, String) {
     (format!("{} m", rounded_up(-margin, 2)), change)
 }
 
-/// What keeps the most of the region unknown, over all scenes.
+/// The largest causes of unknown space in the region, over all scenes.
 fn unknown_causes(findings: &Findings, region: &str) -> Vec<(String, String)> {
     let explained = findings.cells.labels.iter().flat_map(|labels| &labels.explained);
     let own = explained.filter(|(of, _)| *of == ExplainedVoxels::Recommended).map(|(_, why)| why);

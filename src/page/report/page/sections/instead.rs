@@ -1,4 +1,4 @@
-//! The best placements in each region, beside what simple answers score, and how to read the scores.
+//! The best placements in each region, with the scores of simple baselines, and how to read the scores.
 
 mod meanings;
 mod placements;
@@ -14,12 +14,12 @@ use perirobot_decide::choose::Chosen;
 use perirobot_march::Result;
 use placements::RegionBest;
 
-/// What is recommended, and what instead.
+/// The recommended choice and its alternatives.
 pub(super) struct Instead<'a> {
     regions: Vec<RegionBest<'a>>,
-    /// Of sets that were chosen: the best set sensor by sensor, what refining found, and those that are nearly as good.
+    /// For chosen sets: the best set sensor by sensor, the result of refining, and nearly equal sets.
     sets: Vec<Titled>,
-    /// What is said of means where snapshots have weights.
+    /// The note on means of snapshots with weights.
     plain_means: Option<&'static str>,
 }
 
@@ -34,7 +34,7 @@ impl<'a> Instead<'a> {
         })
     }
 
-    /// The section; of several regions the script shows the selected one.
+    /// The section; for several regions the script shows the selected one.
     pub(super) fn view(&self) -> Markup {
         html! {
             section #instead {
@@ -56,7 +56,7 @@ impl<'a> Instead<'a> {
     }
 }
 
-/// The best set, what refining found around sets, and sets that are nearly as good elsewhere.
+/// The best set, the refined ones, and nearly equal sets at other places.
 fn best_sets(chosen: &Chosen) -> Vec<Titled> {
     let mut sets = Vec::new();
     if let Some(best) = chosen.report.best() {

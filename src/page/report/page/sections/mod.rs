@@ -1,4 +1,4 @@
-//! The sections of the page, a file for each question: it has the section's facts, made of what was found, and its view.
+//! The sections of the page, a module for each question, with the section's facts and its view.
 
 mod blind;
 mod compare;
@@ -27,9 +27,9 @@ use run::Run;
 use summary::summary;
 use whereabouts::Whereabouts;
 
-/// All of them: words, drawings and tables that need no script. They are what a printed report holds.
+/// All sections: words, drawings and tables that need no script; the contents of a printed report.
 pub(super) struct Sections<'a> {
-    /// What is recommended, in a line; nothing if nothing is.
+    /// The recommended choice, in a line; `None` if there is none.
     pub(super) summary: Option<String>,
     first_screen: Option<FirstScreen>,
     help: Option<Help>,
@@ -43,7 +43,7 @@ pub(super) struct Sections<'a> {
 }
 
 impl<'a> Sections<'a> {
-    /// Of what was found; `picture` is the address of what is recommended at its worst moment.
+    /// The sections; `picture` is the address of the recommended choice at its worst moment.
     pub(super) fn new(findings: &Findings<'a>, picture: Option<String>) -> Result<Sections<'a>> {
         let money = Money::new(findings)?;
         let (first_screen, good) = (FirstScreen::from_recommended(findings)?, Good::new(findings)?);
@@ -77,7 +77,7 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// Charts of scores that are not shown first.
+    /// Charts of scores that are not shown initially.
     pub(super) fn other_charts(&self) -> Markup {
         html! {
             @if let Some(money) = &self.money { (money.other_charts()) }
@@ -85,7 +85,7 @@ impl<'a> Sections<'a> {
         }
     }
 
-    /// All of them, in order.
+    /// All sections, in order.
     pub(super) fn view(&self) -> Markup {
         let set = self.first_screen.as_ref().map(|first| first.set.as_str());
         let plans = self.first_screen.as_ref().map_or(&[][..], |first| &first.plans[..]);
@@ -113,7 +113,7 @@ impl<'a> Sections<'a> {
     }
 }
 
-/// A list to choose from, which the script fills.
+/// A selection list, filled by the script.
 fn list(id: &str, of: &str) -> Markup {
     html! { label { (of) " " select id=(id) {} } }
 }

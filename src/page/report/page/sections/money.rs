@@ -1,4 +1,4 @@
-//! What more money buys: sets of sensors by their cost, and combinations by the best that they reach.
+//! The section on cost: sets of sensors by their cost, and combinations by their maxima.
 
 mod cost_plot;
 mod maxima_chart;
@@ -21,23 +21,23 @@ use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use purchase_front::ShownPurchase;
 
-/// What there is to spend on.
+/// The alternatives by cost.
 pub(super) struct Money<'a> {
-    /// Of sets that were chosen.
+    /// The front of chosen sets.
     cost_plot: Option<CostPlot>,
-    /// Of the cheapest sets that pass.
+    /// The cheapest sets that pass.
     purchase: Option<ShownPurchase>,
     charts: ScoreCharts,
     maxima: Vec<Titled>,
-    /// Whose maximum the numbers in brackets are a part of.
+    /// The reference of the numbers in brackets.
     full: Option<&'a str>,
 }
 
 impl<'a> Money<'a> {
-    /// `None` where there is one way to spend.
+    /// `None` if there is only one alternative.
     ///
     /// # Errors
-    /// When a journal cannot be read.
+    /// If a journal cannot be read.
     pub(super) fn new(findings: &Findings<'a>) -> Result<Option<Money<'a>>> {
         let Findings { sweep, rankings, .. } = *findings;
         let (results, maxima) = (sweep.results, maxima_tables(&sweep, rankings));
@@ -59,7 +59,7 @@ impl<'a> Money<'a> {
         !self.maxima.is_empty()
     }
 
-    /// Charts that are not shown first.
+    /// Charts that are not shown initially.
     pub(super) fn other_charts(&self) -> Markup {
         self.charts.others()
     }
@@ -94,7 +94,7 @@ impl<'a> Money<'a> {
 
 fn maxima_tables(sweep: &ReportedSweep, rankings: &[Ranking]) -> Vec<Titled> {
     let results = sweep.results;
-    // Sensors alone are compared in the first table.
+    // Single sensors are compared in the first table.
     let are_alone = results.combinations.iter().all(|one| one.members.len() < 2);
     // Sets with fixed poses have their scores in the first table.
     if results.combinations.len() < 2 || are_alone || sweep.has_fixed_poses() {
@@ -107,11 +107,11 @@ fn maxima_tables(sweep: &ReportedSweep, rankings: &[Ranking]) -> Vec<Titled> {
     let scenes = scenes.iter().map(String::as_str);
     let columns: Vec<&str> = ["<sensors"].into_iter().chain(scenes).chain(["mean", &relative]).collect();
     let table = |part: (usize, Score)| {
-        let of = |combination| maxima_of(results, rankings, combination, part);
-        let of_full = full.and_then(|full| of(full).mean);
+        let maxima = |combination| maxima_of(results, rankings, combination, part);
+        let of_full = full.and_then(|full| maxima(full).mean);
         let mut table = Table::new(&columns);
         for combination in 0..results.combinations.len() {
-            table.row(row(results, &of(combination), of_full, |value| shown(part.1, value)));
+            table.row(row(results, &maxima(combination), of_full, |value| shown(part.1, value)));
         }
         (score_in_region(sweep, part), table)
     };

@@ -1,4 +1,4 @@
-//! What was run: study, cell, sensors, devices, faults; and what was assumed.
+//! The section on the run: study, cell, sensors, devices and faults; and the assumptions.
 
 use maud::{Markup, html};
 
@@ -12,7 +12,7 @@ use perirobot_march::progress::Fault;
 use perirobot_scene::shell;
 use perirobot_study::sensor::SaidOfNoise;
 
-/// What was run, and what was assumed.
+/// The run and its assumptions.
 pub(super) struct Run {
     /// Name and value.
     lines: Vec<(&'static str, String)>,
@@ -49,7 +49,7 @@ impl Run {
                 div #assumed {
                     h3 { "What was assumed" }
                     p {
-                        "Scores come from a model of the cell, voxel by voxel. They say which placements are worth trying, \
+                        "Scores come from a model of the cell, voxel by voxel. They show which placements are worth trying, \
                          not that a cell is safe. The model knows rays with Gaussian noise, returns lost by chance, mounts \
                          that are as far off as the study says, still snapshots, and the geometry it was given: no \
                          reflections, no motion blur, no other error of a calibration, and no failing sensor but where a verdict says so, which is known and silent then. Check the chosen \
@@ -144,7 +144,7 @@ fn runs(sweep: &ReportedSweep) -> Titled {
     titled("Runs", &columns, rows)
 }
 
-/// Assumptions that a reader may not expect, a sentence each.
+/// Assumptions that may surprise a reader, a sentence each.
 fn assumptions(sweep: &ReportedSweep) -> Vec<String> {
     let (study, results) = (sweep.study, sweep.results);
     let mut assumed = vec![format!(
@@ -152,9 +152,9 @@ fn assumptions(sweep: &ReportedSweep) -> Vec<String> {
         study.voxel_size_m
     )];
     assumed.push(match (study.noiseless, study.repeats) {
-        (true, _) => "Sensors measure without noise, lose no returns and stand where they are said to, whatever the study says.".into(),
+        (true, _) => "Sensors measure without noise, lose no returns and have no mounting error, overriding the study.".into(),
         (false, 1) => {
-            "Every pose was scored once; where a sensor has noise, another draw gives a slightly other score."
+            "Every pose was scored once; for a sensor with noise, another draw gives a slightly different score."
                 .into()
         }
         (false, n) => format!("Every pose was scored {n} times with other noise; scores are means."),
@@ -167,16 +167,16 @@ fn assumptions(sweep: &ReportedSweep) -> Vec<String> {
     );
     if study.backdrop {
         assumed.push(
-            "A ray that leaves the grid returns from just outside: what it passed counts as free.".into(),
+            "A ray that leaves the grid returns from just outside: the voxels before count as free.".into(),
         );
     }
     let (scenes, moments) = (results.scenes.len(), results.moments().len());
-    let of = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let counted = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
     assumed.push(format!(
-        "The cell was looked at in {}, {}, and stands still in each: nothing moves while sensors measure, and between \
-         and besides these nothing is claimed.",
-        of(scenes, "scene"),
-        of(moments, "snapshot")
+        "The cell was sampled in {}, {}, and is static in each: nothing moves while sensors measure, and other moments \
+         are not covered.",
+        counted(scenes, "scene"),
+        counted(moments, "snapshot")
     ));
     assumed.extend(see_through(sweep));
     assumed.extend(fusion(sweep));
@@ -190,7 +190,7 @@ fn assumptions(sweep: &ReportedSweep) -> Vec<String> {
     assumed
 }
 
-/// Which objects rays pass.
+/// The objects that rays pass.
 fn see_through(sweep: &ReportedSweep) -> Option<String> {
     let mut names: Vec<String> = Vec::new();
     for world in sweep.worlds {
@@ -206,7 +206,7 @@ fn see_through(sweep: &ReportedSweep) -> Option<String> {
     }
 }
 
-/// How what several sensors say becomes one label.
+/// How the evidence of several sensors is fused into one label.
 fn fusion(sweep: &ReportedSweep) -> Vec<String> {
     let several = sweep.study.combinations.iter().filter(|one| one.members.len() > 1);
     let mut rules: Vec<Fusion> = Vec::new();
@@ -216,17 +216,15 @@ fn fusion(sweep: &ReportedSweep) -> Vec<String> {
         }
     });
     let words = |fusion: &Fusion| match fusion {
-        Fusion::OccupiedWins => {
-            "Where several sensors speak of a voxel, one that calls it occupied is believed."
-        }
+        Fusion::OccupiedWins => "If several sensors label a voxel, occupied wins.",
         Fusion::Octomap => {
-            "Where several sensors speak of a voxel, their log-odds are added: contradictions may cancel."
+            "If several sensors label a voxel, their log-odds are added: contradictions may cancel."
         }
     };
     rules.iter().map(|rule| words(rule).to_string()).collect()
 }
 
-/// What was assumed about scenes, each once, with the scenes.
+/// Warnings of the scenes, each once, with its scenes.
 fn warnings<'a>(sweep: &ReportedSweep<'a>) -> Vec<(&'a str, Vec<&'a str>)> {
     let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
     for world in sweep.worlds {

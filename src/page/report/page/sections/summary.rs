@@ -1,4 +1,4 @@
-//! The line under the title: what is recommended, in five facts.
+//! The line under the title: the recommended choice in five facts.
 
 use super::first_screen::FirstScreen;
 use super::good::Good;
@@ -6,8 +6,7 @@ use crate::report::page::Findings;
 use crate::report::purchased::describe_speed;
 use crate::report::wording::count;
 
-/// How many sensors, what they cost, whether they pass, how fast the robot may run, how much of the floor is blind; what is
-/// unknown is left out.
+/// Number of sensors, cost, verdict, allowed robot speed, and blind share of the floor; unknown facts are left out.
 pub(super) fn summary(findings: &Findings, first: &FirstScreen, good: &Good) -> String {
     let own = findings.recommended.map(|one| one.names(findings.sweep.results, findings.rankings));
     let judged = findings.judged.iter().find(|one| Some(&one.names) == own.as_ref());

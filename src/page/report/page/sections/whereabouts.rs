@@ -1,4 +1,4 @@
-//! Where exactly sensors are mounted.
+//! The section on mounts.
 
 use maud::{Markup, html};
 
@@ -6,7 +6,7 @@ use crate::report::page::Findings;
 use crate::report::page::leaders::{Leader, leaders};
 use crate::report::page::mount::{MountSheet, explain_sheets, sheets};
 
-/// How to mount what is recommended, and the best placements by each score.
+/// The mounting sheets of the recommended choice, and of the best placements by each score.
 pub(super) struct Whereabouts<'a> {
     sheets: Vec<MountSheet>,
     of_leaders: Vec<(Leader<'a>, Vec<MountSheet>)>,

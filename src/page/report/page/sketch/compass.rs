@@ -1,12 +1,12 @@
-//! The compass that says how pan is counted.
+//! The compass that explains pan.
 
 use crate::render::svg::Svg;
 
-/// Half the size of the drawing, and how long its arrows are.
+/// Half the size of the drawing, and the length of its arrows.
 const HALF: f64 = 70.0;
 const ARROW: f64 = 38.0;
 
-/// A compass with the pan that looks along each axis, seen from above.
+/// A compass with the pan of each axis, seen from above.
 pub(in crate::report::page) fn compass() -> String {
     let mut svg = Svg::default();
     for (dx, dy, words) in

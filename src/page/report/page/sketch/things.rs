@@ -1,4 +1,4 @@
-//! What stands in a cell, as its shadows along the axes: sketches show it around a sensor.
+//! The objects in a cell, as their shadows along the axes, for the sketches.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use perirobot_scene::objects::Role;
 use perirobot_scene::truth::Truth;
 use perirobot_study::world::place::{is_room, room_m};
 
-/// A shadow as wide and as high as this share of the room is a wall, floor or ceiling seen from the front.
+/// A shadow of at least this share of the room's width and height is a wall, floor or ceiling seen from the front.
 const WHOLE: f64 = 0.8;
 
 /// A rectangle in metres: from and to along the first axis of a view, from and to along the second.
@@ -19,7 +19,7 @@ pub(in crate::report::page) type Patch = [f64; 4];
 pub(in crate::report::page) struct Thing {
     pub(super) name: String,
     pub(super) is_robot: bool,
-    /// Its shadow along each axis, in rectangles that do not overlap; empty if it is the room's own side.
+    /// Its shadow along each axis, in disjoint rectangles; empty if it is the room's own side.
     pub(super) shadows: [Vec<Patch>; 3],
 }
 
@@ -31,7 +31,7 @@ impl Thing {
     }
 }
 
-/// What stands in a scene, without the room itself and without people.
+/// The objects in a scene, without the room itself and without people.
 pub(in crate::report::page) fn things(truth: &Truth) -> Vec<Thing> {
     let room = room_m(truth);
     let stands = truth.objects.iter().filter(|object| object.role != Role::Human && !is_room(object, room));
@@ -59,7 +59,7 @@ pub(in crate::report::page) fn things(truth: &Truth) -> Vec<Thing> {
     stands.map(thing).collect()
 }
 
-/// The shadow of voxels along an axis, in edges of voxels; runs that are equal in rows on end are one rectangle.
+/// The shadow of voxels along an axis, in edges of voxels; equal runs in consecutive rows form one rectangle.
 fn shadow(voxels: &BitGrid, axis: usize) -> Vec<[i32; 4]> {
     let [across, up] = [[1, 2], [0, 2], [0, 1]][axis];
     let mut rows: BTreeMap<i32, BTreeSet<i32>> = BTreeMap::new();
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn a_shadow_is_what_it_hides_in_few_rectangles() {
         let mut voxels = BitGrid::new(Window { min: [0; 3], size: [8, 8, 8] });
-        // An L on the floor, two voxels high, with one voxel apart.
+        // An L on the floor, two voxels high, with one separate voxel.
         for (x, y) in [(1, 1), (2, 1), (3, 1), (1, 2), (1, 3), (6, 1)] {
             voxels.set([x, y, 0]);
             voxels.set([x, y, 1]);

@@ -1,4 +1,4 @@
-//! Which placements are compared: those of given names, or the best few by a score.
+//! The compared placements: those of given names, or the best few by a score.
 
 use super::sweeps::{FinishedSweep, Scope, Sweeps};
 use crate::report::series::{Series, choice_names, series};
@@ -16,17 +16,17 @@ pub struct RankedPlacement {
     pub(super) choice: usize,
 }
 
-/// Which combination and representation placements are of.
+/// A filter of placements.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PlacementFilter<'a> {
-    /// The combination; any, where it is not named.
+    /// The combination; any if `None`.
     pub combination: Option<&'a str>,
     /// The representation.
     pub representation: Option<&'a str>,
 }
 
 impl Sweeps {
-    /// The placements of these names in every sweep that has them, each once, and why a sweep has none.
+    /// The placements of these names in every sweep that has them, each once, and the errors of the others.
     pub fn find_all(
         &self,
         poses: &[String],
@@ -96,18 +96,19 @@ impl Sweeps {
         Ok(placements)
     }
 
-    /// The series of a sweep that are asked for.
+    /// The requested series of a sweep.
     fn select(&self, sweep: usize, among: PlacementFilter) -> Result<Vec<Series>> {
         let results = &self.all[sweep].results;
         let known: Vec<&str> = results.combinations.iter().map(|c| c.name.as_str()).collect();
         if let Some(name) = among.combination.filter(|name| !known.contains(name)) {
             return Err(unknown(Argument("combination"), Some(name), &known));
         }
-        let asked = |c: &usize| among.combination.is_none_or(|name| results.combinations[*c].name == name);
-        let all = series(results, (0..known.len()).filter(asked));
+        let is_requested =
+            |c: &usize| among.combination.is_none_or(|name| results.combinations[*c].name == name);
+        let all = series(results, (0..known.len()).filter(is_requested));
         let name = |one: &Series| &results.combinations[one.combination].representations[one.representation];
-        let asked = |one: &&Series| among.representation.is_none_or(|wanted| wanted == name(one));
-        let found: Vec<Series> = all.iter().filter(asked).copied().collect();
+        let is_requested = |one: &&Series| among.representation.is_none_or(|wanted| wanted == name(one));
+        let found: Vec<Series> = all.iter().filter(is_requested).copied().collect();
         match found.is_empty() {
             true => Err(unknown(
                 Argument("representation"),

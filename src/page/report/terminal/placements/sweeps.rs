@@ -1,4 +1,4 @@
-//! The folders of one sweep or of two that are compared, and the scenes and regions that they share.
+//! The folders of the compared sweeps, one or two, with their common scenes and regions.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use perirobot_sweep::results::Results;
 use perirobot_sweep::results::manifest::Manifest;
 use perirobot_sweep::results::over::Over;
 
-/// One sweep or two, and the scenes over which their placements are compared.
+/// One sweep or two, with the compared scenes.
 pub struct Sweeps {
     pub(super) all: Vec<FinishedSweep>,
     pub(super) scopes: Vec<Scope>,
@@ -32,8 +32,8 @@ pub(super) struct Scope {
 }
 
 impl Sweeps {
-    /// Reads the folders of finished sweeps. `scene` is the one to be looked at; else it is all that the
-    /// sweeps share. With them come sentences about what a reader should know.
+    /// Reads the folders of finished sweeps. `scene` is the compared one; otherwise all common scenes. Returns notes
+    /// for the reader as well.
     pub fn read(folders: &[PathBuf], scene: Option<&str>) -> Result<(Sweeps, Vec<String>)> {
         let (mut all, mut notes): (Vec<FinishedSweep>, Vec<String>) = (Vec::new(), Vec::new());
         for folder in folders {
@@ -50,8 +50,7 @@ impl Sweeps {
         Ok((Sweeps { all, scopes }, notes))
     }
 
-    /// The regions that all sweeps have, or only the one that is named, and a sentence about those that are
-    /// left out.
+    /// The common regions, or only the named one, and a note on the omitted ones.
     pub fn regions(&self, name: Option<&str>) -> Result<(Vec<String>, Option<String>)> {
         let names = |sweep: &FinishedSweep| sweep.results.regions.clone();
         let shared = intersect(self.all.iter().map(names));
@@ -70,7 +69,7 @@ impl Sweeps {
         Ok((shared, left_out))
     }
 
-    /// What the positions of a sweep could reach at most.
+    /// The upper bound of a sweep's positions.
     pub(super) fn bound(&self, sweep: usize, scope: &Scope, region: &str, score: Score) -> Option<Over> {
         let results = &self.all[sweep].results;
         let region = results.regions.iter().position(|name| name == region)?;
@@ -85,7 +84,7 @@ impl Sweeps {
     }
 }
 
-/// Tells in words what decides the counts and differs between two sweeps.
+/// The differences of two sweeps that affect counts, in words.
 fn differences(all: &[FinishedSweep]) -> Vec<String> {
     let [first, second] = all else { return Vec::new() };
     let [a, b] = [first, second].map(|sweep| sweep.folder.display().to_string());
@@ -100,7 +99,7 @@ fn differences(all: &[FinishedSweep]) -> Vec<String> {
     notes
 }
 
-/// The scene that is asked for; else all that the sweeps share together, and each of them.
+/// The requested scene; else all common scenes together, and each of them.
 fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -> Result<Vec<Scope>> {
     let names = |sweep: &FinishedSweep| {
         sweep.results.scenes.iter().map(|scene| scene.name.clone()).collect::<Vec<_>>()
@@ -108,8 +107,8 @@ fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -
     let shared = intersect(all.iter().map(names));
     let scope = |title: &str, of: &[String]| {
         let scenes = |sweep: &FinishedSweep| {
-            let asked = sweep.results.scenes.iter().filter(|scene| of.contains(&scene.name));
-            asked.flat_map(|scene| scene.moments.clone()).collect()
+            let requested = sweep.results.scenes.iter().filter(|scene| of.contains(&scene.name));
+            requested.flat_map(|scene| scene.moments.clone()).collect()
         };
         Scope { title: title.into(), moments: all.iter().map(scenes).collect() }
     };
@@ -128,13 +127,13 @@ fn scopes(all: &[FinishedSweep], scene: Option<&str>, notes: &mut Vec<String>) -
     Ok(together.into_iter().chain(each).collect())
 }
 
-/// The names that all lists have, in the order of the first.
+/// The common names of all lists, in the order of the first.
 fn intersect(mut all: impl Iterator<Item = Vec<String>>) -> Vec<String> {
     let first = all.next().unwrap_or_default();
     all.fold(first, |shared, names| shared.into_iter().filter(|name| names.contains(name)).collect())
 }
 
-/// A sentence about names that only one of the sweeps has.
+/// A note on names in only one of the sweeps.
 fn left_out(what: &str, shared: &[String], all: impl Iterator<Item = String>) -> Option<String> {
     let alone: Vec<String> = all.filter(|name| !shared.contains(name)).collect();
     (!alone.is_empty()).then(|| format!("left out, since one sweep has no such {what}: {}", alone.join(", ")))

@@ -1,6 +1,5 @@
-//! How a score is distributed, as a chart: a row for each scene and series, with each choice as a stroke, or of many how
-//! many there are where, above the quartiles; and across the rows of a scene the upper bound and the best answer without
-//! a sensor.
+//! The distribution of a score, as a chart: a row for each scene and series, with each choice as a stroke, or a
+//! histogram of many, above the quartiles; and across the rows of a scene the upper bound and the best baseline.
 
 use crate::render::svg::{escape, tenth};
 use crate::report::bounds::{best_without_sensor, upper_bound};
@@ -17,7 +16,7 @@ use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::swept::SceneResults;
 
-/// Heights: of a row, of what is in it, of the name of a scene, of the room after a scene, and of the names of the bounds.
+/// Heights: of a row, of its parts, of the name of a scene, of the gap after a scene, and of the names of the bounds.
 const ROW: f64 = 22.0;
 const STROKE: f64 = 11.0;
 const BOX: f64 = 5.0;
@@ -37,7 +36,7 @@ pub(super) fn distribution_chart(
     ScoreChart::new(results, part, "", |sheet| draw(sheet, results, rankings, part))
 }
 
-/// The rows of a scene, and what is possible there.
+/// The rows of a scene, and its bounds.
 struct SceneRows<'a> {
     rows: Vec<Option<&'a MeanSpread>>,
     bound: Option<f64>,
@@ -79,7 +78,7 @@ fn draw(
         for (series, (found, title)) in scene.rows.iter().zip(&titles).enumerate() {
             write_name(sheet, left, sheet.y + 15.0, title);
             if let Some(found) = found {
-                draw_row(sheet, &scale, found, &told(title, found, score), [series, number]);
+                draw_row(sheet, &scale, found, &tooltip(title, found, score), [series, number]);
             }
             sheet.y += ROW;
         }
@@ -97,12 +96,12 @@ fn draw(
     Some(scale)
 }
 
-/// Draws the row of a series and a scene, by whose numbers the script finds it.
+/// Draws the row of a series and a scene, with their indices for the script.
 fn draw_row(
     sheet: &mut Sheet,
     scale: &AxisScale,
     found: &MeanSpread,
-    told: &str,
+    tooltip: &str,
     [series, scene]: [usize; 2],
 ) {
     let (y, d, fill) = (sheet.y, &found.distribution, colours::series(series));
@@ -126,16 +125,16 @@ fn draw_row(
     sheet.add(&format!(
         "<rect class=\"feel\" x=\"{from}\" y=\"{y}\" width=\"{width}\" height=\"{ROW}\" \
          data-series=\"{series}\" data-scene=\"{scene}\"><title>{}</title></rect>\n",
-        escape(told)
+        escape(tooltip)
     ));
 }
 
-/// What pointing at a row tells.
-fn told(title: &str, found: &MeanSpread, score: Score) -> String {
+/// The tooltip of a row.
+fn tooltip(title: &str, found: &MeanSpread, score: Score) -> String {
     describe(title, &found.distribution, |value| shown(score, Some(value)))
 }
 
-/// A stroke for each value, one where several lie on each other.
+/// A stroke for each value; coinciding ones are drawn once.
 fn strokes(values: &[f64], scale: &AxisScale, top: f64) -> String {
     let mut places: Vec<i64> = values.iter().map(|value| scale.position(*value).round() as i64).collect();
     places.sort_unstable();
@@ -144,7 +143,7 @@ fn strokes(values: &[f64], scale: &AxisScale, top: f64) -> String {
     format!("M{} {top}v{STROKE}{}", places[0], steps.collect::<String>())
 }
 
-/// How many values are where, as roots, so that the few best are seen beside the many that see nothing.
+/// A histogram with heights as square roots, so that a few good choices are visible next to many useless ones.
 fn hill(bins: &[u32], [from, to]: [f64; 2], bottom: f64) -> String {
     let most = f64::from(bins.iter().copied().max().unwrap_or(1).max(1)).sqrt();
     let step = ((to - from) / bins.len() as f64).max(0.05);
@@ -156,7 +155,7 @@ fn hill(bins: &[u32], [from, to]: [f64; 2], bottom: f64) -> String {
     path + &format!("V{bottom}Z")
 }
 
-/// Names the upper bound and the best answer without a sensor above the first rows.
+/// Writes the names of the upper bound and the best baseline above the first rows.
 fn name_bounds(sheet: &mut Sheet, scene: &SceneRows, scale: &AxisScale) {
     let bound = scene.bound.map(|value| (BOUND, value));
     let mut names: Vec<(&str, f64)> =
@@ -167,7 +166,7 @@ fn name_bounds(sheet: &mut Sheet, scene: &SceneRows, scale: &AxisScale) {
     }
 }
 
-/// Words around places from left to right, moved so that none leaves the drawing or covers another.
+/// Words around places from left to right, moved to stay inside the drawing and apart from each other.
 fn keep_apart<'a>(names: &[(&'a str, f64)]) -> Vec<(&'a str, f64)> {
     let half = |name: &str| screen_width(name) / 2.0 + 4.0;
     let mut free = WIDTH;

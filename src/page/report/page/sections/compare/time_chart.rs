@@ -1,4 +1,4 @@
-//! Axes for scores over the snapshots of a scene that moves; the script draws the curves of the selected choice.
+//! Axes for scores over the snapshots of a moving scene; the script draws the curves of the selected choice.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -7,7 +7,7 @@ use crate::report::charts::sheet::Sheet;
 use crate::report::page::Findings;
 use perirobot_sweep::results::swept::SceneResults;
 
-/// Sizes of the drawing and of the room for the numbers; on a phone its words are larger.
+/// Sizes of the drawing and its margins; on a phone its words are larger.
 const WIDTH: f64 = 480.0;
 const HEIGHT: f64 = 240.0;
 const LEFT: f64 = 50.0;
@@ -22,7 +22,7 @@ pub(super) struct TimeChart {
     up: AxisScale,
 }
 
-/// A chart for each scene that moves.
+/// A chart for each moving scene.
 pub(super) fn time_charts(findings: &Findings) -> Vec<TimeChart> {
     let scenes = findings.sweep.results.scenes.iter().enumerate();
     let moving = scenes.filter(|(_, scene)| scene.moments.len() > 1);
@@ -44,7 +44,7 @@ pub(super) fn time_charts(findings: &Findings) -> Vec<TimeChart> {
 }
 
 impl TimeChart {
-    /// The chart, with places for what the script writes: a title, curves and a legend.
+    /// The chart, with placeholders for the script: a title, curves and a legend.
     pub(super) fn view(&self) -> Markup {
         let TimeChart { scene, svg, across, up } = self;
         html! {

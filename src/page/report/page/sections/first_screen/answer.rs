@@ -1,4 +1,4 @@
-//! The cheapest set that passes, in a sentence, with what proves it or why there is none.
+//! The cheapest set that passes, in a sentence, with its proof or the reasons why there is none.
 
 use maud::{Markup, html};
 
@@ -6,19 +6,19 @@ use crate::report::page::Findings;
 use crate::report::purchased::{describe_proof, sentence};
 use perirobot_decide::cheapest::ReasonReport;
 
-/// The answer, of which the page tells before all else.
+/// The answer, shown before everything else.
 #[derive(Debug)]
 pub(super) struct PurchaseAnswer {
     sentence: String,
     proof: String,
-    /// Why nothing passes.
+    /// Why no set passes.
     reasons: Vec<ReasonReport>,
-    /// Whether the study requires now what it did.
+    /// Whether the study's requirements are unchanged.
     is_current: bool,
 }
 
 impl PurchaseAnswer {
-    /// `None` where something else was asked.
+    /// `None` for another question.
     pub(super) fn from_findings(findings: &Findings) -> Option<PurchaseAnswer> {
         let report = findings.sweep.purchase?;
         let poses = report.recommended()?.poses();
@@ -31,7 +31,7 @@ impl PurchaseAnswer {
         })
     }
 
-    /// Across the first screen.
+    /// The full width of the first screen.
     pub(super) fn view(&self) -> Markup {
         html! {
             div.found {

@@ -1,4 +1,4 @@
-//! The numbers that are shown large, with what is possible at most.
+//! The large numbers, with their bounds.
 
 use maud::{Markup, html};
 
@@ -18,14 +18,14 @@ use perirobot_sweep::results::Over;
 pub(super) struct BigNumber {
     name: String,
     value: String,
-    /// Of what it is the number.
+    /// The meaning of the number.
     meaning: String,
-    /// The worst of all moments, and what is possible at best.
+    /// The worst of all moments, and the upper bound.
     notes: Vec<String>,
 }
 
 impl BigNumber {
-    /// As an entry of a list.
+    /// The tile as an entry of a list.
     pub(super) fn view(&self) -> Markup {
         html! {
             div {
@@ -40,8 +40,8 @@ impl BigNumber {
     }
 }
 
-/// The numbers that are shown large: with people in the region what is known of them, else agreement; and the floor
-/// of the first plan that nothing watches.
+/// The large numbers: with people in the region their detection, else agreement; and the unwatched floor of the first
+/// plan.
 pub(super) fn tiles(
     sweep: &ReportedSweep,
     rankings: &[Ranking],
@@ -52,8 +52,8 @@ pub(super) fn tiles(
     let key = rankings[recommended.series].series.key(recommended.choice, recommended.region);
     let own = measure::choice_measures(results, results.moments(), key)?;
     let place = |score: Score| Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
-    let of = |score: Score| own[place(score)];
-    let mut shown = match of(Score::PeopleDetected) {
+    let mean = |score: Score| own[place(score)];
+    let mut shown = match mean(Score::PeopleDetected) {
         Some(_) => vec![Score::PeopleDetected, Score::PartsDetected],
         None => vec![Score::F1, Score::Kappa],
     };
@@ -64,7 +64,7 @@ pub(super) fn tiles(
     let bounds = measure::baseline_measures(results, results.moments(), recommended.region);
     let bound = |score: Score| bounds.last().and_then(|(_, values)| values[place(score)]);
     let mut tiles: Vec<BigNumber> =
-        shown.into_iter().filter_map(|score| Some(tile(score, of(score)?, bound(score)))).collect();
+        shown.into_iter().filter_map(|score| Some(tile(score, mean(score)?, bound(score)))).collect();
     tiles.push(blind_floor(floor_m2));
     tiles.push(cost(sweep, rankings, recommended));
     Ok(tiles)
@@ -76,7 +76,7 @@ fn tile(score: Score, over: Over, bound: Option<f64>) -> BigNumber {
     if over.of > 1 {
         notes.push(format!("worst {}", shown(over.worst)));
     }
-    // Of false alarms an ideal sensor has none, and nobody expects more than all or less than nothing.
+    // An ideal sensor has no false alarms, and bounds of 0 % or 100 % are obvious.
     let worth_telling = |bound: &f64| score != Score::FalseAlarm && *bound > 0.0 && *bound < 1.0;
     let together = if score.less_is_better() { "leaves" } else { "would reach" };
     let bound = bound.filter(worth_telling);
@@ -93,7 +93,7 @@ fn tile(score: Score, over: Over, bound: Option<f64>) -> BigNumber {
     }
 }
 
-/// Of what a score is a number, so that a share of 100 % promises no more than it says.
+/// The meaning of a score, so that 100 % does not promise too much.
 fn meaning(score: Score, moments: usize) -> String {
     let studied = match moments {
         1 => "at the one moment studied".to_string(),
@@ -112,7 +112,7 @@ fn meaning(score: Score, moments: usize) -> String {
     }
 }
 
-/// The share of a plan's floor that nothing watches.
+/// The unwatched share of a plan's floor.
 pub(super) fn blind_share([floor, blind, _]: [f64; 3]) -> String {
     percent(blind / floor.max(f64::MIN_POSITIVE), 0)
 }
@@ -123,19 +123,19 @@ fn blind_floor(floor_m2: [f64; 3]) -> BigNumber {
     BigNumber {
         name: "blind floor".into(),
         value: blind_share(floor_m2),
-        meaning: "of the whole plan: nobody is noticed there".into(),
+        meaning: "of the whole plan: people there go unnoticed".into(),
         notes: vec![format!("{blind:.1} of {floor:.1} m²")],
     }
 }
 
-/// What the sensors of a combination cost, if all have a cost.
+/// The cost of a combination's sensors, if all have a cost.
 pub(super) fn cost_of(study: &Study, combination: usize) -> Option<Cost> {
     let members = study.combinations[combination].members.iter();
     let costs = members.map(|member| study.sensors[member.sensor].terms.cost);
     costs.reduce(|sum, cost| Some(sum?.plus(cost?))).flatten()
 }
 
-/// What the recommended choice costs, or that not all its sensors have a cost.
+/// The cost of the recommended choice, or a note if not all its sensors have a cost.
 fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> BigNumber {
     let name = "cost".into();
     let Some(sum) = cost_of(sweep.study, rankings[recommended.series].series.combination) else {

@@ -1,5 +1,4 @@
-//! How near a person gets unnoticed: what `approach` has written into the folder, as far as it is of the choice that
-//! is shown.
+//! Unnoticed approaches: the files of `approach` in the folder, if they belong to the shown choice.
 
 use std::fs;
 use std::path::Path;
@@ -12,10 +11,10 @@ use perirobot_decide::approach::{APPROACH, ApproachRow, Approaches, plan_names};
 use perirobot_march::voxel::{rounded_down, rounded_up};
 use perirobot_march::{Error, Result};
 
-/// The largest floor plan that is put into the page.
+/// The largest floor plan in the page.
 const MOST_BYTES: u64 = 2_000_000;
 
-/// The columns that are shown.
+/// The shown columns.
 const COLUMNS: [&str; 13] = [
     "scene",
     "snapshot",
@@ -32,22 +31,22 @@ const COLUMNS: [&str; 13] = [
     "unnoticed m2",
 ];
 
-/// What is known.
+/// The facts.
 #[derive(Debug, Default)]
 pub(super) struct Near {
-    /// Of which choice the folder's table is, where it is of another one.
+    /// The choice of the folder's table, if it is another one.
     pub(super) note: Option<String>,
-    /// As planned, and what if.
+    /// As planned, and altered.
     pub(super) tables: Vec<Titled>,
-    /// Floor plans: their names, and the pictures as addresses.
+    /// Floor plans: names, and pictures as addresses.
     pub(super) plans: Vec<(String, String)>,
 }
 
-/// What the folder has of a choice. Only what is found with everything as planned stands as the plan's. A floor plan does
-/// not say of which choice it is: it is shown where the folder has this one, as planned.
+/// The folder's data on a choice. Only the results as planned are shown as the plan's. A floor plan does not name its
+/// choice: it is shown if the folder's table is for this one, as planned.
 ///
 /// # Errors
-/// When a file cannot be read; those of [`Approaches::read`].
+/// If a file cannot be read; those of [`Approaches::read`].
 pub(super) fn read_approach(folder: &Path, own: &[String; 3]) -> Result<Near> {
     let mut near = Near::default();
     let Some(approaches) = Approaches::read(folder)?.filter(|found| !found.rows.is_empty()) else {
@@ -79,7 +78,7 @@ fn table(columns: &[&str], rows: &[ApproachRow], cells: impl Fn(&ApproachRow) ->
     table
 }
 
-/// What is shown of a row; distances are rounded to the safe side.
+/// The shown cells of a row; distances are rounded to the safe side.
 fn cells(row: &ApproachRow) -> Vec<String> {
     let cell = |number: Option<f64>, shown: &dyn Fn(f64) -> String| number.map_or(String::new(), shown);
     let down = |number| cell(number, &|metres| rounded_down(metres, 4));
@@ -102,10 +101,10 @@ fn cells(row: &ApproachRow) -> Vec<String> {
     ]
 }
 
-/// The floor plans that `approach` has drawn with a table, as pictures.
+/// The floor plans of `approach` next to a table, as pictures.
 fn plans(folder: &Path, rows: &[ApproachRow]) -> Result<Vec<(String, String)>> {
     let mut drawn: Vec<[&str; 3]> = Vec::new();
-    // A body that does not stand on the floor has no area there, and no plan.
+    // A body above the floor has no area and no plan.
     for row in rows.iter().filter(|row| row.unnoticed_m2.is_some()) {
         let plan = [&row.scene, &row.body, row.people.name()];
         if !drawn.contains(&plan) {

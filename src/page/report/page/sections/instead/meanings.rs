@@ -2,14 +2,14 @@
 
 use maud::{Markup, html};
 
-/// A list of terms; `plain_means` is said of means where snapshots have weights.
+/// A list of terms; `plain_means` is the note on means of snapshots with weights.
 pub(super) fn view(plain_means: Option<&str>) -> Markup {
     html! {
         p { "F1 and κ are numbers; all other scores are shares, in percent." }
         dl {
             dt { "F1, κ" }
             dd {
-                "Agreement of what the sensors claim with what is there, over all voxels of the region (1 is perfect); \
+                "Agreement of the labels with the truth, over all voxels of the region (1 is perfect); \
                  unknown voxels count against a pose. F1 is 2 TP / (2 TP + FP + FN + UO + UF); κ is Cohen’s, of labels \
                  occupied, free and unknown against what is there. Means over scenes, snapshots and repeats, the worst of \
                  any beside them; [n] before a mean: only n of them have a value."
@@ -19,8 +19,8 @@ pub(super) fn view(plain_means: Option<&str>) -> Markup {
             }
             dt { "human seen" }
             dd {
-                "Share of the people’s voxels in the region that returns truly come from, whatever distance they are read \
-                 at, or that a presence sensor (pad, gate, cover, field, zone camera) feels. Only the near side of a body \
+                "Share of the people’s voxels in the region with a true return, independent of the measured \
+                 distance, or detected by a presence sensor (pad, gate, cover, field, zone camera). Only the near side of a body \
                  can be hit: it stays well below 100 %, which parts detected can reach."
             }
             dt { "human claimed" }
@@ -34,9 +34,9 @@ pub(super) fn view(plain_means: Option<&str>) -> Markup {
                  is, or if a presence sensor feels the person."
             }
             dt { "unknown" }
-            dd { "Share of the region that no sensor says anything about." }
+            dd { "Share of the region without a label." }
             dt { "false alarm" }
-            dd { "Share of the free voxels with a label that are called occupied." }
+            dd { "Share of the labelled free voxels that are labelled occupied." }
             dt { "position, towards …, down, up" }
             dd {
                 "Where the sensor’s origin is, in the world of the scene (z up; of pads and gates it is a corner), and \

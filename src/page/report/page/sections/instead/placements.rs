@@ -8,7 +8,7 @@ use crate::report::page::ranking::{Ranking, firsts};
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 
-/// The number of a ranking, and a choice of its poses.
+/// The index of a ranking, and a choice of its poses.
 type Placement = (usize, usize);
 
 /// A region's best placements.
@@ -20,49 +20,49 @@ pub(super) struct RegionBest<'a> {
     columns: Vec<String>,
     /// By F1, and by human_seen and parts_detected if there are people.
     best: Vec<Best>,
-    /// The scores of answers without a sensor, and the upper bound, in the columns of the rows.
+    /// The scores of baselines without sensors, and the upper bound, in the columns of the rows.
     baselines: Vec<(&'static str, Vec<String>)>,
-    /// How many choices score below the best answer without a sensor, in words.
+    /// The number of choices below the best baseline, in words.
     below: String,
 }
 
-/// The best by one score, or by several that name the same ones.
+/// The best by one score, or by several scores with the same winners.
 #[derive(Debug)]
 struct Best {
     by: String,
-    /// The best choice of each representation, the best of all first.
+    /// The best choice of each representation, best first.
     rows: Vec<BestRow>,
 }
 
-/// A choice of poses and what it scores.
+/// A choice of poses with its scores.
 #[derive(Debug)]
 struct BestRow {
     series: String,
     series_number: usize,
     choice: usize,
     poses: String,
-    /// Where they are, in words; empty for a set that was chosen, whose poses have a table of their own.
+    /// The places in words; empty for a chosen set, whose poses have their own table.
     place: String,
     /// In the columns of the scores.
     cells: Vec<String>,
-    /// The answers without a sensor that score more, in words; empty for none.
+    /// The baselines that score more, in words; empty if none does.
     below: String,
 }
 
-/// Which scores have a column of their worst value beside that of their mean: none if there is one moment.
+/// The scores that have a column for their worst value next to that of their mean: none if there is one moment.
 #[derive(Clone, Copy)]
 struct Columns {
     has_worst: bool,
 }
 
 impl Columns {
-    /// For each score what is written of its mean, and of its worst value if that has a column.
+    /// For each score the text of its mean, and of its worst value if it has a column.
     fn each<T>(self, mean: impl Fn(Score) -> T, worst: impl Fn(Score) -> T) -> Vec<T> {
-        let of = |score| {
+        let columns = |score| {
             let second = (self.has_worst && measure::has_worst(score)).then(|| worst(score));
             [Some(mean(score)), second].into_iter().flatten()
         };
-        Score::ALL.into_iter().flat_map(of).collect()
+        Score::ALL.into_iter().flat_map(columns).collect()
     }
 }
 
@@ -106,7 +106,7 @@ impl<'a> RegionBest<'a> {
         })
     }
 
-    /// The table, and what to know of it.
+    /// The table with its notes.
     pub(super) fn view(&self) -> Markup {
         let count = self.columns.len() + 2;
         html! {
@@ -136,7 +136,7 @@ impl<'a> RegionBest<'a> {
         }
     }
 
-    /// A placement; to click on its poses selects it everywhere.
+    /// A placement; a click on its poses selects it everywhere.
     fn view_row(&self, row: &BestRow) -> Markup {
         html! {
             tr class=[(!row.below.is_empty()).then_some("below")] {
@@ -168,14 +168,14 @@ fn row(
     let series = findings.rankings[series_number].series;
     let combination = &results.combinations[series.combination];
     let over = measure::choice_measures(results, results.moments(), series.key(choice, region))?;
-    // The answer `occupied` everywhere claims all people: only F1 and κ count both kinds of error.
+    // The baseline `occupied` claims all people: only F1 and κ count both kinds of error.
     let better = (0..2).filter_map(|measure| {
         let (name, to_beat) = measure::to_beat(baselines, measure)?;
         let below = over[measure]?.mean < to_beat;
         below.then(|| format!("{} below “{name}”", measure::title(Score::ALL[measure])))
     });
     let mean = |score: Score| match over[score as usize] {
-        // A mean of some values only says so, as in the tables of `summary`.
+        // A mean of only some values is marked, as in the tables of `summary`.
         Some(over) if over.values < over.of => format!("[{}] {}", over.values, shown(score, Some(over.mean))),
         over => shown(score, over.map(|over| over.mean)),
     };
@@ -191,7 +191,7 @@ fn row(
     })
 }
 
-/// The scores of an answer without a sensor, which has no worst value of its own.
+/// The scores of a baseline, which has no worst value.
 fn baseline_cells(columns: Columns, values: &[Option<f64>; SCORES]) -> Vec<String> {
     columns.each(|score| shown(score, values[score as usize]), |_| String::new())
 }
@@ -203,6 +203,6 @@ fn baselines_note(rankings: &[Ranking], region: usize, baselines: &[Baseline]) -
     let below = values.filter(|(_, value)| *value < to_beat).count();
     format!(
         "{below} of {all} choices of poses have a mean F1 below {to_beat:.3}, that of a sensor which always says “{name}” and is \
-         useless: one view sees only the near side of things. κ is the fairer guide; all such answers have 0 there."
+         useless: one view sees only the near side of objects. κ is the fairer guide; all such answers have 0 there."
     )
 }

@@ -1,5 +1,5 @@
-//! The front of the sets that were chosen: cost, or how many sensors, against the score, with what no set is
-//! above, and the same as tables.
+//! The front of the chosen sets: cost, or the number of sensors, against the score, with the upper bound, and the same
+//! as tables.
 
 use maud::{Markup, PreEscaped, html};
 
@@ -16,21 +16,21 @@ use crate::report::page::recommended::{region_of, series_of};
 use perirobot_decide::choose::{Chosen, SetReport, StepReport};
 use perirobot_sweep::results::columns::BETWEEN_MEMBERS;
 
-/// Size of the picture, and the room for its axes; on a phone its words are larger.
+/// Size of the picture, and the margins of its axes; on a phone its words are larger.
 const SIZE: [f64; 2] = [520.0, 330.0];
 const LEFT: f64 = 54.0;
 const RIGHT: f64 = 14.0;
 const ABOVE: f64 = 30.0;
 const BELOW: f64 = 44.0;
 
-/// What the page shows.
+/// The contents of the section.
 #[derive(Debug)]
 pub(super) struct CostPlot {
-    /// How the front is read, a sentence each.
+    /// How to read the front, a sentence each.
     notes: Vec<String>,
     /// The front as SVG.
     picture: String,
-    /// The front, and where its sensors are.
+    /// The front, and the places of its sensors.
     front: Titled,
     places: Titled,
 }
@@ -49,7 +49,7 @@ impl CostPlot {
         }
     }
 
-    /// The picture and its tables.
+    /// The picture with its tables.
     pub(super) fn view(&self) -> Markup {
         html! {
             div #front {
@@ -91,7 +91,7 @@ impl ClickedSet {
     }
 }
 
-/// What a step is drawn at: its cost, or how many sensors it has where there are no costs.
+/// The x value of a step: its cost, or its number of sensors if there are no costs.
 fn step_x(step: &StepReport, priced: bool) -> f64 {
     match step.best.cost.filter(|_| priced) {
         Some(cost) => cost.amount(),

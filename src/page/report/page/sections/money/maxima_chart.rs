@@ -11,11 +11,11 @@ use crate::report::page::score_chart::{ScoreChart, WIDTH, axis_words, names_widt
 use perirobot_march::metrics::Score;
 use perirobot_sweep::results::Results;
 
-/// The height of a bar with its room, and of the bar alone.
+/// The height of a row, and of its bar.
 const ROW: f64 = 24.0;
 const BAR: f64 = 16.0;
 
-/// Room for the number behind a bar.
+/// Width of the number after a bar.
 const NUMBER: f64 = 112.0;
 
 /// The chart of a score in a region.
@@ -43,11 +43,11 @@ fn draw(
         let y = row as f64 * ROW + 4.0;
         let of_full = relative(value, full.and_then(|full| values[full]));
         let of_full = of_full.map_or(String::new(), |share| format!(" ({})", percent(share, 0)));
-        let told = format!("{}{of_full}", shown(part.1, value));
+        let label = format!("{}{of_full}", shown(part.1, value));
         write_name(sheet, left, y + 12.0, name);
         let fill = colours::series(usize::from(full == Some(row)));
-        let title = format!("{name}: {told}");
-        ScoreBar { class: "bar", fill, y, height: BAR, value, words: (&told, ""), title: &title }
+        let title = format!("{name}: {label}");
+        ScoreBar { class: "bar", fill, y, height: BAR, value, words: (&label, ""), title: &title }
             .draw(sheet, &scale);
     }
     sheet.y += 38.0;

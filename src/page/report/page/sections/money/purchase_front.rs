@@ -1,5 +1,5 @@
-//! The cheapest sets that pass: for all requirements, at each speed of the robot, or without some of them, as a table
-//! and cost by speed as a chart. A click on one selects its set and opens its plan, mounting sheets and verdicts.
+//! The cheapest sets that pass: for all requirements, at each speed of the robot, or without some of them, as a table,
+//! with a chart of cost by speed. A click on one selects its set and opens its plan, mounting sheets and verdicts.
 
 mod speed_chart;
 
@@ -17,10 +17,10 @@ use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use speed_chart::speed_chart;
 
-/// What the page shows.
+/// The contents of the section.
 pub(super) struct ShownPurchase {
     rows: Vec<PurchaseRow>,
-    /// Cost by speed as SVG, if speeds were asked and one has a set.
+    /// Cost by speed as SVG, if speeds were requested and one has a set.
     chart: Option<String>,
     sets: Vec<ShownSet>,
 }
@@ -38,16 +38,16 @@ struct PurchaseRow {
     reasons: Vec<ReasonReport>,
 }
 
-/// What a click on a set selects, and what it opens.
+/// The selection after a click on a set, and the part that opens.
 #[derive(Clone, Debug)]
 struct SetLink {
     spot: Spot,
-    /// PASS if it meets all that the study requires, FAIL if it misses something, else OPEN; and the verdicts in a line.
+    /// PASS if it meets all requirements of the study, FAIL if it misses one, else OPEN; and the verdicts in a line.
     verdict: &'static str,
     overall: String,
 }
 
-/// A set with all that the page tells of it.
+/// A set with its details.
 struct ShownSet {
     link: SetLink,
     name: String,
@@ -59,10 +59,10 @@ struct ShownSet {
 }
 
 impl ShownPurchase {
-    /// `None` where something else was asked.
+    /// `None` for another question.
     ///
     /// # Errors
-    /// When a journal cannot be read.
+    /// If a journal cannot be read.
     pub(super) fn from_findings(findings: &Findings) -> Result<Option<ShownPurchase>> {
         let Some(report) = findings.sweep.purchase else { return Ok(None) };
         let mut sets = Vec::new();
@@ -158,7 +158,7 @@ fn verdict(point: &PurchasePoint) -> &'static str {
     }
 }
 
-/// The shape of a verdict, for those who see no colours.
+/// The sign of a verdict, readable without colours.
 fn sign(verdict: &str) -> &'static str {
     match verdict {
         "PASS" => "✓",
@@ -167,14 +167,14 @@ fn sign(verdict: &str) -> &'static str {
     }
 }
 
-/// What a click on a set selects.
+/// The selection after a click on a set.
 fn link_of(set: &PurchasedSet, sets: &[ShownSet]) -> Option<SetLink> {
     let poses = set.poses();
     sets.iter().find(|shown| shown.poses == poses).map(|shown| shown.link.clone())
 }
 
 impl ShownSet {
-    /// `None` of a set that was not swept.
+    /// `None` if the set was not swept.
     fn new(findings: &Findings, set: &PurchasedSet, opens: String) -> Result<Option<ShownSet>> {
         let Findings { sweep, rankings, surroundings, judged, recommended, .. } = findings;
         let Some(combination) = purchased_set(sweep, set) else { return Ok(None) };

@@ -1,23 +1,23 @@
-//! A point of a chart that stands for a set: a click on it selects the set in the whole page.
+//! A point of a chart for a set: a click on it selects the set in the whole page.
 
 use maud::{Markup, html};
 
 use crate::render::svg::escape;
 
-/// What a click selects, and what it opens.
+/// The selection after a click, and the part that opens.
 #[derive(Clone, Debug)]
 pub(super) struct Spot {
     pub(super) series: usize,
     pub(super) region: usize,
-    /// The id of the part of the page.
+    /// The id of the part.
     pub(super) opens: String,
 }
 
 impl Spot {
-    /// Ends the group of a point.
+    /// The end of a point's group.
     pub(super) const CLOSING: &str = "</g>";
 
-    /// Begins the group of a point.
+    /// The start of a point's group.
     pub(super) fn opening(&self) -> String {
         let Spot { series, region, opens } = self;
         format!(

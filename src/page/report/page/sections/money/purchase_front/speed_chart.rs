@@ -1,4 +1,4 @@
-//! Cost by speed of the robot: a point for each speed, by its shape and colour whether a set passes there.
+//! Cost by robot speed: a point per speed; shape and colour show whether a set passes.
 
 use super::super::spot::Spot;
 use super::{SetLink, verdict};
@@ -8,20 +8,20 @@ use crate::report::charts::sheet::{Sheet, width_of};
 use crate::report::purchased::describe_bound;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
 
-/// Size of the picture, and the room for its axes; on a phone its words are larger.
+/// Size of the picture, and the margins of its axes; on a phone its words are larger.
 const SIZE: [f64; 2] = [520.0, 260.0];
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 24.0;
 const ABOVE: f64 = 34.0;
 const BELOW: f64 = 44.0;
 
-/// How much larger letters are on a phone.
+/// Ratio of the size of letters on a phone.
 const PHONE: f64 = 1.4;
 
 /// Half the size of a point.
 const HALF: f64 = 6.0;
 
-/// Cost by speed; `None` where no speed was asked or none has a set.
+/// Cost by speed; `None` if no speed was requested or none has a set.
 pub(super) fn speed_chart(
     report: &PurchaseReport,
     link_of: &dyn Fn(&PurchasedSet) -> Option<SetLink>,
@@ -64,7 +64,7 @@ pub(super) fn speed_chart(
         sheet.add(link.map_or("", |_| Spot::CLOSING));
         let label = point.set.as_ref().map_or("no set".into(), |set| report.amount(set.cost));
         let half = PHONE * width_of(&label) / 2.0;
-        // Of points that are close to each other the first has its number; all have it under the mouse.
+        // Of adjacent points only the first has its number; all have a tooltip.
         if x - half >= labelled_until {
             sheet.words("mid over", [x, y - 1.7 * HALF], &label);
             labelled_until = x + half;
@@ -73,7 +73,7 @@ pub(super) fn speed_chart(
     Some(sheet.finish("chart broad", SIZE[0]))
 }
 
-/// What pointing at a speed tells.
+/// The tooltip of a speed.
 fn describe(report: &PurchaseReport, speed: f64, point: &PurchasePoint) -> String {
     match (&point.set, point.reasons.first()) {
         (Some(set), _) => format!(
