@@ -24,7 +24,9 @@ function showStatus() {
   const { cost, budget } = state;
   const home = element("money");
   home.hidden = cost === null || cost === undefined;
-  home.lastChild.textContent = budget === null || budget === undefined ? money(cost) : `${money(cost)} of ${money(budget)}`;
+  const marked = state.list_prices ? `${money(cost)} (with list prices, to be checked)` : money(cost);
+  home.lastChild.textContent = budget === null || budget === undefined ? marked : `${marked} of ${money(budget)}`;
+  home.title = state.list_prices ?? "";
   home.className = budget !== null && budget !== undefined && cost > budget ? "over" : "";
   element("requirements").replaceChildren(...verdicts.map(verdictLine));
   element("conditions").replaceChildren(...conditionLines(verdicts));

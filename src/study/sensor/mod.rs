@@ -25,6 +25,7 @@ use glam::{DMat3, DVec3};
 use self::contour::Scanner;
 use self::prism::Prism;
 use self::range::Range;
+use crate::input::catalogue::ListPrice;
 pub use calibration::Calibration;
 pub use camera::Camera;
 pub use cost::{Cost, CostTerms};
@@ -64,6 +65,8 @@ pub struct Sensor {
     pub thinned: Option<String>,
     /// What one of them costs, and how many a set may have.
     pub terms: CostTerms,
+    /// The list price of its model, if that is its cost.
+    pub list_price: Option<ListPrice>,
     /// The kind of light that it emits, if the study or its device says so.
     pub emits: Option<String>,
     /// What was assumed about it that the user may not expect.
