@@ -35,6 +35,7 @@ pub use files::{
 pub(crate) use outcome::sweep_sets;
 pub use outcome::{Outcome, as_swept};
 pub(crate) use pairs::PairTerms;
+pub use pairs::disturbing_pairs;
 #[cfg(test)]
 pub(crate) use pairs::plain_camera::PlainCamera;
 pub use problem::{answer, problem_of, progress_of, wanted_counts};

@@ -194,10 +194,7 @@ impl Editor<'_> {
                 Issue::value("model", format!("{model:?}"), "must be a device of the catalogue").into()
             );
         };
-        let cost = match (cost, known.cost) {
-            (None, Some(_)) => None,
-            (cost, _) => self.new_cost(model, cost)?,
-        };
+        let cost = self.new_cost(model, cost.or(known.cost))?;
         let later = (2..).map(|number| format!("{model}-{number}"));
         let mut all = std::iter::once(model.to_string()).chain(later);
         let name = all.find(|name| !self.alone.contains(name)).unwrap_or_default();

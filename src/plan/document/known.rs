@@ -34,7 +34,7 @@ pub struct KnownModel {
     pub name: String,
     /// How it is turned by what it faces.
     pub stance: Stance,
-    /// What one costs by the catalogue of the study's own; a sensor that is made of it needs no cost then.
+    /// What one costs by the catalogue of the study's own, which its sensor gets.
     pub cost: Option<f64>,
     /// Further keys of a sensor that is made of it, each with its value as TOML.
     pub keys: Vec<(String, String)>,

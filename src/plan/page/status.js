@@ -31,6 +31,10 @@ function showStatus() {
   element("requirements").replaceChildren(...verdicts.map(verdictLine));
   element("conditions").replaceChildren(...conditionLines(verdicts));
   element("verdicts").hidden = !verdicts.length;
+  const disturbed = isOld ? [] : judged?.disturbed ?? [];
+  element("disturb-note").hidden = !disturbed.length;
+  element("disturb-note").className = disturbed.some(one => one.is_forbidden) ? "FAIL" : "";
+  element("disturb-note").textContent = disturbed.map(one => one.words).join(". ");
   element("dead-note").hidden = planner.dead === null;
   element("dead-note").textContent = planner.dead === null ? "" : `Sensor ${letterAt(planner.dead)} is switched off: all numbers are without it.`;
 }
