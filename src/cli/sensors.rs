@@ -124,6 +124,10 @@ fn describe(model: &DeviceModel) -> String {
     if let Some(unconfirmed) = &model.unconfirmed {
         text += &format!("# not compared with the maker's words: {unconfirmed}\n");
     }
+    if !model.resolutions_mm.is_empty() {
+        let all: Vec<String> = model.resolutions_mm.iter().map(f64::to_string).collect();
+        text += &format!("# its field can be set to a resolution of {} mm, to be checked\n", all.join(", "));
+    }
     if let Some(price) = &model.price {
         text += &format!("# list price, to be checked: {}; cost = \"list\" takes it\n", price.to_text());
     }

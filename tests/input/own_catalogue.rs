@@ -122,12 +122,12 @@ fn devices_that_no_sensor_names_are_checked() {
         ("kind = \"rgbd\"\nrangem = 3", "rangem"),
         (
             "kind = \"rgbd\"\nfov_deg = [87, 58]\nresolution_px = [16, 9]\nrange_m = [3, 1]",
-            "range_m = [3, 1]",
+            "range_m = [3.0, 1.0]: must be",
         ),
         ("kind = \"lidarr\"", "lidarr"),
     ] {
         let said = unnamed(wrong);
-        let has_all = ["ours.toml: model \"ours-far\"", expected, "no sensor names this model"]
+        let has_all = ["catalogue \"ours.toml\".model \"ours-far\"", expected, "no sensor names this model"]
             .map(|part| said.contains(part));
         assert_eq!(has_all, [true; 3], "{wrong}: {said}");
     }

@@ -7,12 +7,13 @@ use super::ground::{Company, Ground};
 use super::moments::ApproachMoment;
 use super::needed;
 use perirobot_march::Result;
+use perirobot_march::voxel::rounded_down;
 use perirobot_scene::truth::Truth;
-use perirobot_study::input::{EntryPlace, Study};
+use perirobot_study::input::{BodyShape, BodySpec, EntryPlace, Study};
 use perirobot_study::world::World;
 
-/// Of each scene by name, which entries begin nearer to the hazard than is needed at the highest speed of the robot, as
-/// warnings. Nothing is cast. Nothing is said where the study does not ask how near bodies come, and of entries that are
+/// Of each scene by name, which entries begin nearer to the hazard than is needed at the highest speed of the robot, and of
+/// the first scene which bodies pass between rays, as warnings. Nothing is cast. Nothing is said where the study does not ask how near bodies come, and of entries that are
 /// light curtains with several poses.
 ///
 /// # Errors
@@ -26,15 +27,43 @@ pub fn check_approach<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w
     if !asks || !study.approach.entries.iter().any(|entry| stays(&entry.place)) {
         return Ok(Vec::new());
     }
+    let between = between_rays(study, &worlds[0]);
     let mut study = study.clone();
     study.approach.entries.retain(|entry| stays(&entry.place));
     let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
     scenes
-        .map(|worlds| {
-            let ground = Ground::new(&study, worlds, &[])?;
-            Ok((worlds[0].name.as_str(), too_near(&ground)?))
+        .map(|of_scene| {
+            let ground = Ground::new(&study, of_scene, &[])?;
+            let is_first = of_scene[0].scene == worlds[0].scene;
+            let between = between.iter().filter(|_| is_first).cloned();
+            Ok((of_scene[0].name.as_str(), between.chain(too_near(&ground)?).collect()))
         })
         .collect()
+}
+
+/// The bodies that are thinner than the gaps between the rays of a sensor, within its range and the regions.
+fn between_rays(study: &Study, world: &World) -> Vec<String> {
+    let warning = |number: usize, body: &BodySpec| {
+        let sensor = &study.sensors[number];
+        let (spacing, range) = (sensor.kind.spacing()?, sensor.kind.range()?);
+        let reach_m = match body.shape {
+            BodyShape::Ball { diameter_m } => spacing.reach_of_ball_m(diameter_m),
+            BodyShape::Cylinder { diameter_m, height_m } => spacing.reach_m([diameter_m, height_m]),
+            BodyShape::Box { size_m: [x, y, z] } => spacing.reach_m([x.min(y), z]),
+        };
+        let [_, far_m] = range.range_m;
+        (reach_m < far_m.min(world.farthest_m(number))).then(|| {
+            format!(
+                "sensor {:?}, body {:?}: it may pass between the rays farther than {:.2} m away: cast more rays, mount the \
+                 sensor nearer, or end range_m there",
+                sensor.name,
+                body.name,
+                rounded_down(reach_m, 2)
+            )
+        })
+    };
+    let of_sensor = |number| study.approach.bodies.iter().filter_map(move |body| warning(number, body));
+    (0..study.sensors.len()).flat_map(of_sensor).collect()
 }
 
 /// The entries that begin too near, each with its body.

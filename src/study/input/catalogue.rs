@@ -39,6 +39,9 @@ pub struct DeviceModel {
     pub stereo: Option<Stereo>,
     /// What a public shop asks for one, to be checked.
     pub price: Option<ListPrice>,
+    /// To which resolutions its protective field can be set, in millimetres: the smallest object that it detects.
+    #[serde(default)]
+    pub resolutions_mm: Vec<f64>,
     /// The keys of a `[[sensor]]` that it gives; the noise of a stereo camera is added as the file is read.
     pub keys: Table,
 }
@@ -147,6 +150,8 @@ pub(super) struct FromModel {
     pub(super) thinned: Option<String>,
     /// Its list price, if that is its cost.
     pub(super) list_price: Option<ListPrice>,
+    /// The resolutions of its field.
+    pub(super) resolutions_mm: Vec<f64>,
 }
 
 /// Replaces `model` in the keys of a sensor by the keys that it stands for, and `cost = "list"` by a list price, which
@@ -176,7 +181,12 @@ pub(super) fn resolve(
             let thinned = contradiction::describe_thinning(model, keys);
             complete(keys, model);
             let list_price = take_list_price(at, keys, Some(model), currency)?;
-            Ok(FromModel { contradictions, thinned, list_price })
+            Ok(FromModel {
+                contradictions,
+                thinned,
+                list_price,
+                resolutions_mm: model.resolutions_mm.clone(),
+            })
         }
     }
 }

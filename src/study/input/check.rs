@@ -62,7 +62,8 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         surfaces: &Surfaces::default(),
         line_of: &|steps| written.line_of(steps),
     };
-    let of_catalogue = own_path.map(|path| catalogue::unnamed_warnings(&path, &file.sensor, context));
+    let of_catalogue =
+        own_path.map(|path| catalogue::unnamed_warnings((at.file, &path), &file.sensor, context));
     let mut of_sensors = Problems::default();
     let sensors = sensors(at, take(&mut file.sensor), context, &mut of_sensors);
     let reflectances =

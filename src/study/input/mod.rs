@@ -195,6 +195,7 @@ impl Study {
             thinned: None,
             terms: CostTerms::default(),
             list_price: None,
+            resolutions_mm: Vec::new(),
             emits: None,
             warnings: Vec::new(),
             name,

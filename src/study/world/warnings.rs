@@ -4,7 +4,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::place::{Places, is_room, room_m};
@@ -64,7 +63,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::new(study, &worlds[0]);
     let outside = poses_outside(study, &first, &worlds[0]);
-    let across_m = DVec3::from_array(first.grid.size.map(f64::from)).length() * study.voxel_size_m;
+    let across_m = worlds[0].across_m();
     let of_sensor = |(sensor, outside): (usize, &Vec<(usize, Option<String>)>)| {
         let spec = &study.sensors[sensor];
         let all = spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name));

@@ -11,6 +11,7 @@ use perirobot_study::input::Study;
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Setting, Stance};
 use perirobot_study::world::World;
+use perirobot_study::world::near::{lens_of, near_blindness};
 use perirobot_study::world::place::room_m;
 
 /// How to mount one sensor.
@@ -61,7 +62,7 @@ pub(super) fn explain_sheets() -> Markup {
             p.hint {
                 "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and robots \
                  left out. The thick line shows where the sensor looks. Pan is counted from x to y, seen from above; tilt is \
-                 above or below the horizon. Grey shows what stands there, blue a robot."
+                 above or below the horizon. Grey shows what stands there, blue a robot, red where a body is too near to be seen."
             }
         }
     }
@@ -113,6 +114,8 @@ fn sheet(
                     let around = surroundings.measure(p);
                     let lengths = WAYS.iter().zip(around.map(found));
                     lines.extend(lengths.map(|(way, next)| text(way, next)));
+                    let lens = lens_of(sensor, &named.setting);
+                    let near_m = lens.map_or(Vec::new(), |lens| lens.near_parts_m());
                     let sketch = Sketch {
                         letter: &letter,
                         pose: &pose,
@@ -121,6 +124,7 @@ fn sheet(
                         around: &around,
                         names: &objects,
                         things: surroundings.things(),
+                        near_m: &near_m,
                     };
                     sketches = sketch.views().into();
                 }
@@ -133,6 +137,11 @@ fn sheet(
             ];
             let turns = turns.into_iter().take(if level { 1 } else { 3 });
             lines.extend(turns.map(|(name, value)| text(name, value)));
+            if let Some(near) = near_blindness(study, &worlds[0], [number, candidate]) {
+                let regions = near.describe_regions(study).unwrap_or_else(|| "no part of a region".into());
+                let distance = near.describe_distance();
+                lines.push(text("blind near the lens", format!("{distance}: {regions}")));
+            }
             lines
         }
     };

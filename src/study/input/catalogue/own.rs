@@ -28,6 +28,8 @@ struct OwnModel {
     unconfirmed: Option<String>,
     stereo: Option<Stereo>,
     price: Option<ListPrice>,
+    #[serde(default)]
+    resolutions_mm: Vec<f64>,
     keys: Table,
 }
 
@@ -44,9 +46,11 @@ pub(in crate::input) fn read_own(at: &Place, path: &Path, sources: &Sources) -> 
     let text = sources.text(path).map_err(|e| at.wrap(e.with_place("catalogue")))?;
     let own: OwnCatalogue = parse(path, &text).map_err(|(e, _)| e)?;
     let of = |own: OwnModel| {
-        let OwnModel { name, title, source, url, note, unconfirmed, stereo, price, keys } = own;
+        let OwnModel { name, title, source, url, note, unconfirmed, stereo, price, resolutions_mm, keys } =
+            own;
         let title = if title.is_empty() { name.clone() } else { title };
-        let mut model = DeviceModel { name, title, source, url, note, unconfirmed, stereo, price, keys };
+        let mut model =
+            DeviceModel { name, title, source, url, note, unconfirmed, stereo, price, resolutions_mm, keys };
         model.add_stereo_noise();
         model
     };
@@ -57,6 +61,9 @@ pub(in crate::input) fn read_own(at: &Place, path: &Path, sources: &Sources) -> 
         let at = file.key(&format!("model {:?}", model.name));
         if find(&model.name, &[]).is_some() {
             return Err(at.says("is a device that ships").with_advice("give yours another name"));
+        }
+        if let Some(odd) = model.resolutions_mm.iter().find(|mm| !(1.0..=1000.0).contains(*mm)) {
+            return Err(at.wrong("resolutions_mm", odd, "must be millimetres from 1 to 1000"));
         }
         model.price.as_ref().map_or(Ok(()), |price| price.check(&at.key("price")))?;
         if !model.keys.contains_key("kind") {
@@ -74,10 +81,10 @@ pub(in crate::input) fn read_own(at: &Place, path: &Path, sources: &Sources) -> 
     Ok(own)
 }
 
-/// What is wrong with devices that no sensor of the study names, a line each. Keys that are missing are not: a study may
-/// write them.
+/// What is wrong with devices that no sensor of the study at a path names, a line each. Keys that are missing are not: a
+/// study may write them.
 pub(in crate::input) fn unnamed_warnings(
-    path: &Path,
+    (study, catalogue): (&Path, &Path),
     sensors: &[Table],
     context: SensorContext,
 ) -> Vec<String> {
@@ -85,9 +92,13 @@ pub(in crate::input) fn unnamed_warnings(
     let unnamed = context.models.iter().filter(|model| !named.contains(&model.name.as_str()));
     // Lines are those of the study, and its keys are not.
     let context = SensorContext { line_of: &|_| None, ..context };
+    // Files that the keys name are in the study's folder, as those of a sensor.
+    let at = Place::new(study).key(&format!("catalogue {:?}", catalogue.file_name().unwrap_or_default()));
     let warning = |model: &DeviceModel| {
-        let at = Place::new(path).key(&format!("model {:?}", model.name));
-        let problem = sensor::check_device(&at, model.keys.clone(), &context).err()?;
+        let at = at.key(&format!("model {:?}", model.name));
+        let problem = sensor::check_device(&at, model.keys.clone(), &context).err()?.to_string();
+        // Each warning of a study begins with its file.
+        let problem = problem.trim_start_matches(&format!("{}: ", study.display()));
         Some(format!("{problem} (no sensor names this model)"))
     };
     unnamed.filter_map(warning).collect()

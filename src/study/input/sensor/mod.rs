@@ -97,7 +97,7 @@ impl SensorContext<'_> {
 pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Result<Sensor, Vec<Error>> {
     let name = keys.get("name").and_then(|name| name.as_str());
     let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
-    let FromModel { contradictions, thinned, list_price } =
+    let FromModel { contradictions, thinned, list_price, resolutions_mm } =
         catalogue::resolve(at, &mut keys, context.models, context.currency).map_err(|e| vec![e])?;
     let mut common = Table::new();
     for key in COMMON_KEYS {
@@ -131,6 +131,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
         thinned,
         terms,
         list_price,
+        resolutions_mm,
         emits,
         warnings,
     })
