@@ -21,6 +21,7 @@ mod robots;
 mod same;
 pub mod shapes;
 mod sizes;
+mod specular;
 mod stuck;
 mod thin;
 mod warnings;

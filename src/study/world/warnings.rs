@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::place::{Places, is_room, room_m};
 use super::sizes::{Lengths, Surfaces, guess_unit};
-use super::{World, carried, cut_warnings, dead, floor, people, robots, stuck, thin};
+use super::{World, carried, cut_warnings, dead, floor, people, robots, specular, stuck, thin};
 use crate::diagnostics::FAR_M;
 use crate::input::Study;
 use crate::sensor::{Kind, Sensor, Setting, Stance};
@@ -84,6 +84,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     warnings.extend(of_sensors.into_iter().flatten());
     warnings
         .extend((0..study.sensors.len()).filter_map(|sensor| warn_inside(study, &places, sensor, &glances)));
+    warnings.extend(specular::warnings(study, &worlds[0]));
     warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
     warnings.extend(robots::planes_before_robots(study, &worlds[0]));
     warnings.extend(carried::warnings(study, scenes, worlds));
