@@ -66,7 +66,7 @@ fn nearest_share(study: &Study, world: &World, number: usize, poses: usize) -> O
     let (candidate, most) = found.iter().max_by(|a, b| more(a, b))?;
     let poses = count(found.len(), "pose");
     let what = match most.describe_regions(study) {
-        Some(regions) => format!("at most {regions}, at {}", sensor.candidates[*candidate].name),
+        Some(regions) => format!("{regions} at most, at {}", sensor.candidates[*candidate].name),
         None => "no part of a region".into(),
     };
     Some(format!("a body {} is not seen: {what} ({poses} tried)", most.describe_distance()))

@@ -358,10 +358,12 @@ fn check_finds_what_approach_refuses() {
 #[test]
 fn bodies_that_pass_between_rays_are_told() {
     let folder = Folder::new();
-    folder.edit(STUDY, "", "\n[approach]\nbody = [{ name = \"person\", cylinder = { diameter_m = 0.4, height_m = 1.2 } }, { name = \"finger\", min_voxels = 1 }]\n");
+    let bodies = "{ name = \"chest\", ball = { diameter_m = 0.6 } }, { name = \"finger\", min_voxels = 1 }";
+    let entry = "{ name = \"door\", box = { min_m = [-1, -0.7, 0.1], max_m = [1, 0.7, 1.5] } }";
+    folder.edit(STUDY, "", &format!("\n[approach]\nbody = [{bodies}]\nentry = [{entry}]\n"));
     let outcome = check(&folder, &["--all"]);
     let expected =
         "sensor \"camera\", body \"finger\": it may pass between the rays farther than 0.11 m away";
     assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
-    assert!(!outcome.stderr.contains("body \"person\": it may pass"), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("sensor \"camera\", body \"chest\": it may pass"), "{}", outcome.stderr);
 }

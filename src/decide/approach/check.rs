@@ -54,7 +54,7 @@ fn between_rays(study: &Study, world: &World) -> Vec<String> {
         let [_, far_m] = range.range_m;
         (reach_m < far_m.min(world.farthest_m(number))).then(|| {
             format!(
-                "sensor {:?}, body {:?}: it may pass between the rays farther than {:.2} m away: cast more rays, mount the \
+                "sensor {:?}, body {:?}: it may pass between the rays farther than {} m away: cast more rays, mount the \
                  sensor nearer, or end range_m there",
                 sensor.name,
                 body.name,

@@ -3,22 +3,23 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::World;
 use super::near::lens_of;
 use super::place::Places;
 use super::warnings::first_of;
+use super::{World, ray_table};
 use crate::input::Study;
 use crate::sensor::lens::Lens;
-use crate::sensor::{Sensor, quantise_q15};
-use perirobot_march::backend::GridPose;
+use crate::sensor::{Sensor, Setting, placement, quantise_q15};
+use perirobot_march::backend::{GridPose, Rays};
 use perirobot_march::march;
 use perirobot_march::voxel::{BitGrid, Grid};
 use perirobot_scene::objects::Specular;
 use perirobot_scene::truth::Truth;
 
-/// Poses of a sensor and voxels of an object that are looked at, spread evenly.
+/// Poses of a sensor, voxels of an object and rays of a pose that are looked at, spread evenly.
 const MOST_POSES: usize = 500;
 const MOST_VOXELS: usize = 100;
+const MOST_RAYS: usize = 3000;
 
 /// For each object of glass, mirror or retroreflector and each sensor that looks at it, how many of its poses do, and what to
 /// do. People and what else moves are where they are in the first snapshot.
@@ -39,8 +40,12 @@ pub(super) fn warnings(study: &Study, world: &World) -> Vec<String> {
         for (number, sensor) in study.sensors.iter().enumerate() {
             let settings = &world.settings[number];
             let step = settings.len().div_ceil(MOST_POSES).max(1);
+            let rays = ray_table(study, number);
             let sees = |candidate: &usize| {
-                lens_of(sensor, &settings[*candidate]).is_some_and(|lens| sees(&truth, &lens, &voxels, &aims))
+                let setting = &settings[*candidate];
+                let aimed = lens_of(sensor, setting).is_some_and(|lens| sees(&truth, &lens, &voxels, &aims));
+                let is_hit = |rays: &Rays| hits(&truth, rays, &standpoint(sensor, setting, &truth), &voxels);
+                aimed || matches!(setting, Setting::Pose(_)) && rays.as_ref().is_some_and(is_hit)
             };
             let asked: Vec<usize> = (0..settings.len()).step_by(step).collect();
             let seeing: Vec<usize> = asked.par_iter().copied().filter(sees).collect();
@@ -85,6 +90,26 @@ fn sees(truth: &Truth, lens: &Lens, voxels: &BitGrid, aims: &[DVec3]) -> bool {
         stops.next().is_some_and(|voxel| voxels.get(voxel))
     };
     truth.grid.window().contains(own) && aims.iter().filter(|aim| lens.reaches(**aim)).any(|aim| meets(&aim))
+}
+
+/// Where a sensor is, as integers.
+fn standpoint(sensor: &Sensor, setting: &Setting, truth: &Truth) -> GridPose {
+    placement(&*sensor.kind, &setting.pose(), &truth.grid, 0)
+}
+
+/// Whether some of the rays of a table meet voxels before anything that stops them: those of a single plane pass beside the
+/// middles of most voxels.
+fn hits(truth: &Truth, rays: &Rays, from: &GridPose, voxels: &BitGrid) -> bool {
+    let step = rays.dirs_q15.len().div_ceil(MOST_RAYS).max(1);
+    let within = Grid::voxel_of(from.origin_q16.map(i64::from));
+    truth.grid.window().contains(within)
+        && rays.dirs_q15.iter().step_by(step).any(|dir_q15| {
+            let farthest_q16 = rays.gates.ray_gates(dir_q15[2]).range_max_q16;
+            let line = march::crossings(from.launch(*dir_q15)).take_while(|at| at.t_q16 <= farthest_q16);
+            let inside = line.map(|at| at.voxel).take_while(|voxel| truth.grid.window().contains(*voxel));
+            let mut stops = inside.filter(|voxel| voxels.get(*voxel) || truth.blockers.get(*voxel));
+            stops.next().is_some_and(|voxel| voxels.get(voxel))
+        })
 }
 
 /// What a surface does to a sensor, and what to do.

@@ -32,7 +32,7 @@ fov_deg = 360
 beams = 720
 rings_deg = [0]
 range_m = [0.1, 5]
-poses = [{ name = "p", list = [{ position_m = [0, 1.5, 0.35], facing = [1, 0, 0] }] }]
+poses = [{ name = "p", list = [{ position_m = [0, 1.5, 0.31], facing = [1, 0, 0] }] }]
 "#;
 
 const SCENE: &str = r#"
