@@ -14,6 +14,7 @@ use perirobot_sweep::scoring::sample::{self, Checker, EndCounts};
 
 use super::backend::BackendArgs;
 use super::contents;
+use super::sight;
 use super::study::StudyArgs;
 
 /// List what a study contains, its errors, and how long it takes
@@ -73,6 +74,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let mut backend = args.backend.open()?;
         let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
         super::print(&rays(&study, &ends, few(FEW_SENSORS)))?;
+        let sight = sight::lines(&study, &worlds, args.poses).into_iter();
+        let sight = contents::first_of(sight, few(FEW_SENSORS), "", "sensor with rays");
+        super::print(&if sight.is_empty() { sight } else { sight + "\n" })?;
         if !worlds.iter().any(|world| world.is_filled) {
             warnings += advise(&study, &ends, few(FEW_WARNINGS));
         }

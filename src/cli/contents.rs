@@ -140,7 +140,8 @@ fn sensors(study: &Study, most: usize) -> String {
         line + &poses(sensor)
     };
     let all = study.sensors.iter().enumerate().map(one);
-    format!("sensors\n{}\n", first_of(all, most, "  ", "sensor"))
+    let prices = study.describe_list_prices().map_or(String::new(), |prices| format!("  {prices}\n"));
+    format!("sensors\n{}{prices}\n", first_of(all, most, "  ", "sensor"))
 }
 
 /// The names of a sensor's poses: the first and the last of each group.

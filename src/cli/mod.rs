@@ -45,6 +45,7 @@ mod score;
 mod score_map;
 mod sensors;
 mod shard;
+mod sight;
 mod stop;
 mod study;
 mod summary;

@@ -28,7 +28,8 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if args.names.is_empty() {
         let lines = models().iter().map(line);
-        let more = "\n`perirobot sensors NAME` prints values and sources; in a study: model = \"NAME\"\n";
+        let more = "\n`perirobot sensors NAME` prints values and sources; in a study: model = \"NAME\"\n\
+                    list prices are those of public shops, to be checked; cost = \"list\" takes one\n";
         super::print(&(HEAD.to_string() + &lines.collect::<String>() + more))?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -45,7 +46,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 const HEAD: &str = "\
-model                         kind  field (deg)  resolution     range (m)  noise at 2 m
+model                         kind  field (deg)  resolution     range (m)  noise at 2 m  list price
 ";
 
 /// A device as one line: field of view, resolution, range and noise.
@@ -73,10 +74,11 @@ fn line(model: &DeviceModel) -> String {
         _ => String::new(),
     };
     let line = format!(
-        "{:<29} {:<5} {field:<12} {resolution:<14} {range:<10} {}",
+        "{:<29} {:<5} {field:<12} {resolution:<14} {range:<10} {:<13} {}",
         model.name,
         model.kind(),
-        model.keys.get("noise").map_or_else(String::new, noise)
+        model.keys.get("noise").map_or_else(String::new, noise),
+        model.price.as_ref().map_or_else(String::new, |price| format!("{} {}", price.amount, price.currency))
     );
     line.trim_end().to_string() + "\n"
 }
@@ -120,6 +122,13 @@ fn describe(model: &DeviceModel) -> String {
     text += &format!("# {}\n", model.note);
     if let Some(unconfirmed) = &model.unconfirmed {
         text += &format!("# not checked against the maker's document: {unconfirmed}\n");
+    }
+    if !model.resolutions_mm.is_empty() {
+        let all: Vec<String> = model.resolutions_mm.iter().map(f64::to_string).collect();
+        text += &format!("# its field can be set to a resolution of {} mm, to be checked\n", all.join(", "));
+    }
+    if let Some(price) = &model.price {
+        text += &format!("# list price, to be checked: {}; cost = \"list\" takes it\n", price.to_text());
     }
     if let Some(Stereo { baseline_m, subpixel_px }) = model.stereo {
         text += &format!(

@@ -79,6 +79,8 @@ pub struct CellState {
     pub budget: Option<f64>,
     /// What the plan costs, if each of its sensors has a cost.
     cost: Option<f64>,
+    /// Which costs are list prices of the catalogue, in a sentence.
+    list_prices: Option<String>,
     /// Whether there is anything to choose from.
     can_find: bool,
 }
@@ -259,11 +261,12 @@ impl CellState {
             entries: entries(study),
             sensors: study.sensors.iter().enumerate().map(sensor).collect(),
             placed: placed.iter().enumerate().map(placed_state).collect(),
-            catalogue: catalogue(&study.sensors),
+            catalogue: catalogue(study),
             requirements: requirements(study),
             speeds_m_s: study.stopping.iter().flat_map(|one| &one.speeds).map(|at| at.speed_m_s).collect(),
             budget: budget(study).map(Cost::amount),
             cost: cost.map(Cost::amount),
+            list_prices: study.describe_list_prices(),
             can_find: study.sensors.iter().any(|sensor| sensor.candidates.len() > 1),
         }
     }
@@ -386,9 +389,10 @@ fn budget(study: &Study) -> Option<Cost> {
     }
 }
 
-fn catalogue(sensors: &[Sensor]) -> Vec<ModelState> {
+/// The devices of the study's own catalogue, then those that ship.
+fn catalogue(study: &Study) -> Vec<ModelState> {
     let [has_unknown, has_known] = [SaidOfNoise::Unknown, SaidOfNoise::Model]
-        .map(|said| sensors.iter().any(|sensor| sensor.noise == said));
+        .map(|said| study.sensors.iter().any(|sensor| sensor.noise == said));
     let mixes = |said| match said {
         SaidOfNoise::Unknown => has_known && !has_unknown,
         SaidOfNoise::Model => has_unknown && !has_known,
@@ -398,8 +402,11 @@ fn catalogue(sensors: &[Sensor]) -> Vec<ModelState> {
         mixes_noise: mixes(one.noise()),
         model: one.name.clone(),
         kind: one.kind().into(),
-        words: one.title.clone(),
-        cost: None,
+        words: match &one.price {
+            Some(price) => format!("{}; list price, to be checked: {}", one.title, price.to_text()),
+            None => one.title.clone(),
+        },
+        cost: one.cost(),
     };
-    models().iter().map(model).collect()
+    study.models.iter().chain(models()).map(model).collect()
 }

@@ -30,6 +30,9 @@ fn check_says_what_a_study_contains() {
         "  11 scene-poses, each snapshot and repeat counted; 33 rows of results",
         "rays of \"camera\" at 8 poses: ",
         "rays of \"lidar\" at 3 poses: ",
+        "sight of \"camera\": rays hit any object of 119 × 124 mm at 1 m, ",
+        "  a body nearer than 0.1 m is not seen: ",
+        "sight of \"lidar\": rays hit any object of 140 × 211 mm at 1 m, ",
         "estimate: ",
         "memory: ",
     ] {
@@ -349,4 +352,18 @@ fn check_finds_what_approach_refuses() {
     let outcome = check(&folder, &[]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
     assert!(outcome.stderr.contains("entry \"door\": lies inside something solid"), "{}", outcome.stderr);
+}
+
+/// A finger is 2 cm thick. Of 16 × 9 pixels on 87° × 58° gaps are 0.119 × 0.123 m at 1 m, diagonally 0.171 m: 2 cm at 0.11 m.
+#[test]
+fn bodies_that_pass_between_rays_are_told() {
+    let folder = Folder::new();
+    let bodies = "{ name = \"chest\", ball = { diameter_m = 0.6 } }, { name = \"finger\", min_voxels = 1 }";
+    let entry = "{ name = \"door\", box = { min_m = [-1, -0.7, 0.1], max_m = [1, 0.7, 1.5] } }";
+    folder.edit(STUDY, "", &format!("\n[approach]\nbody = [{bodies}]\nentry = [{entry}]\n"));
+    let outcome = check(&folder, &["--all"]);
+    let expected =
+        "sensor \"camera\", body \"finger\": it may pass between the rays farther than 0.11 m away";
+    assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("sensor \"camera\", body \"chest\": it may pass"), "{}", outcome.stderr);
 }

@@ -208,8 +208,8 @@ fn devices_are_listed_with_their_sources() {
     }
     // What a device can do stands in its line, in columns.
     for expected in [
-        "realsense-d435                rgbd  87 x 58      848 x 480 px   0.3-3      1.4 cm",
-        "velodyne-vlp-16               lidar 360 x 30     0.2 deg        0.5-100    3.0 cm",
+        "realsense-d435                rgbd  87 x 58      848 x 480 px   0.3-3      1.4 cm        314 USD",
+        "velodyne-vlp-16               lidar 360 x 30     0.2 deg        0.5-100    3.0 cm        3999 USD",
         "sick-s300                     lidar 270 x 0      541 beams      0.05-2     unknown",
         "safety-mat                    pad",
     ] {

@@ -8,12 +8,14 @@ use super::moments::ApproachMoment;
 use super::needed;
 use super::traps::traps;
 use perirobot_march::Result;
+use perirobot_march::voxel::rounded_down;
 use perirobot_scene::truth::Truth;
-use perirobot_study::input::{EntryPlace, Study};
+use perirobot_study::input::{BodyShape, BodySpec, EntryPlace, Study};
 use perirobot_study::world::World;
 
-/// Of each scene by name, which entries begin nearer to the hazard than is needed at the highest speed of the robot, and
-/// which surfaces bodies do not get to that walk, as warnings. Nothing is cast. Nothing is said where the study does not ask how near bodies come, and of entries that are
+/// Warnings of each scene by name: entries that begin nearer to the hazard than is needed at the highest speed of the robot,
+/// surfaces that walking bodies do not get to, and in the first scene bodies that pass between rays. Nothing is cast. Empty
+/// if the study does not ask how near bodies come; entries are left out that are
 /// light curtains with several poses.
 ///
 /// # Errors
@@ -27,25 +29,54 @@ pub fn check_approach<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w
     if !asks || !study.approach.entries.iter().any(|entry| stays(&entry.place)) {
         return Ok(Vec::new());
     }
+    let between = between_rays(study, &worlds[0]);
     let (mut study, entries) = (study.clone(), study.approach.entries.len());
     study.approach.entries.retain(|entry| stays(&entry.place));
     let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
     scenes
-        .map(|worlds| {
-            let ground = Ground::new(&study, worlds, &[])?;
+        .map(|of_scene| {
+            let name = of_scene[0].name.as_str();
+            let is_first = of_scene[0].scene == worlds[0].scene;
+            let mut warnings: Vec<String> = between.iter().filter(|_| is_first).cloned().collect();
+            let ground = Ground::new(&study, of_scene, &[])?;
             if study.stopping.is_none() && !ground.walks() {
-                return Ok((worlds[0].name.as_str(), Vec::new()));
+                return Ok((name, warnings));
             }
-            let truths: Vec<Arc<Truth>> = worlds.iter().map(|world| Company::Absent.truth(world)).collect();
-            let moment = ApproachMoment::new(&ground, Company::Absent, worlds, &truths)?;
-            let mut warnings = too_near(&ground, &moment);
+            let truths: Vec<Arc<Truth>> = of_scene.iter().map(|world| Company::Absent.truth(world)).collect();
+            let moment = ApproachMoment::new(&ground, Company::Absent, of_scene, &truths)?;
+            warnings.extend(too_near(&ground, &moment));
             // With all entries: others may lead to what these do not.
             if study.approach.entries.len() == entries {
                 warnings.extend(traps(&ground, &moment));
             }
-            Ok((worlds[0].name.as_str(), warnings))
+            Ok((name, warnings))
         })
         .collect()
+}
+
+/// The bodies that are thinner than the gaps between the rays of a sensor, within its range and the regions.
+fn between_rays(study: &Study, world: &World) -> Vec<String> {
+    let warning = |number: usize, body: &BodySpec| {
+        let sensor = &study.sensors[number];
+        let (spacing, range) = (sensor.kind.spacing()?, sensor.kind.range()?);
+        let reach_m = match body.shape {
+            BodyShape::Ball { diameter_m } => spacing.reach_of_ball_m(diameter_m),
+            BodyShape::Cylinder { diameter_m, height_m } => spacing.reach_m([diameter_m, height_m]),
+            BodyShape::Box { size_m: [x, y, z] } => spacing.reach_m([x.min(y), z]),
+        };
+        let [_, far_m] = range.range_m;
+        (reach_m < far_m.min(world.farthest_m(number))).then(|| {
+            format!(
+                "sensor {:?}, body {:?}: it may pass between the rays farther than {} m away: cast more rays, mount the \
+                 sensor nearer, or end range_m there",
+                sensor.name,
+                body.name,
+                rounded_down(reach_m, 2)
+            )
+        })
+    };
+    let of_sensor = |number| study.approach.bodies.iter().filter_map(move |body| warning(number, body));
+    (0..study.sensors.len()).flat_map(of_sensor).collect()
 }
 
 /// The entries that begin too near, each with its body.

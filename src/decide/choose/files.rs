@@ -10,6 +10,7 @@ use perirobot_march::backend::Fusion;
 use perirobot_march::metrics::{Across, Score};
 use perirobot_march::{Error, Result};
 use perirobot_scene::source::hex;
+use perirobot_study::input::catalogue::{ListPrice, describe_list_prices};
 use perirobot_study::input::{Choose, Disturb, Study};
 use perirobot_study::sensor::{Cost, Sensor};
 use perirobot_study::world::World;
@@ -111,6 +112,9 @@ pub struct AskedSensor {
     pub cost: Option<Cost>,
     /// The most of them in a set.
     pub at_most: Option<u32>,
+    /// Its list price of the catalogue, if that is its cost.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub list_price: Option<ListPrice>,
     /// The kind of light that it emits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub emits: Option<String>,
@@ -123,9 +127,15 @@ impl AskedSensor {
             representation: sensor.kind.representations()[representation].into(),
             cost: sensor.terms.cost,
             at_most: sensor.terms.at_most,
+            list_price: sensor.list_price.clone(),
             emits: sensor.emits.clone(),
         }
     }
+}
+
+/// Which costs of an answer are list prices of the catalogue, in a sentence; `None` if none is.
+pub fn describe_asked_prices(sensors: &BTreeMap<String, AskedSensor>) -> Option<String> {
+    describe_list_prices(sensors.iter().map(|(name, asked)| (name.as_str(), asked.list_price.as_ref())))
 }
 
 impl ChooseQuestion {

@@ -29,10 +29,13 @@ pub use check::count_again;
 pub use choosing::{Choosing, Found, SearchEnding};
 pub use evidence::{CastEvidence, Casting, EVIDENCE, MEMORY_BYTES, cast_evidence};
 pub(crate) use files::fingerprint;
-pub use files::{AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS};
+pub use files::{
+    AskedScore, AskedSensor, ChooseQuestion, Chosen, FRONT, PROOF, REFINED, SETS, describe_asked_prices,
+};
 pub(crate) use outcome::sweep_sets;
 pub use outcome::{Outcome, as_swept};
 pub(crate) use pairs::PairTerms;
+pub use pairs::disturbing_pairs;
 #[cfg(test)]
 pub(crate) use pairs::plain_camera::PlainCamera;
 pub use problem::{answer, problem_of, progress_of, wanted_counts};

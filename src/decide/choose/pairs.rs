@@ -55,6 +55,20 @@ pub(super) fn forbidden_pairs(
     forbidden
 }
 
+/// The pairs of some candidates that may disturb each other in some world, by their places among them, the lower first.
+pub fn disturbing_pairs(
+    study: &Study,
+    worlds: &[World],
+    items: &[[usize; 2]],
+    disturb: Disturb,
+) -> Vec<[usize; 2]> {
+    let terms = PairTerms { apart_m: 0.0, disturb: Some(disturb) };
+    let forbidden = forbidden_pairs(study, items, worlds, terms);
+    let is_forbidden = |a: usize, b: usize| forbidden[a][b / 64] >> (b % 64) & 1 == 1;
+    let with = |a: usize| (a + 1..items.len()).filter(move |&b| is_forbidden(a, b)).map(move |b| [a, b]);
+    (0..items.len()).flat_map(with).collect()
+}
+
 impl PairTerms {
     /// The candidates that a rule excludes for one, by their distance or by its view.
     fn excluded_by(&self, posed: &[Posed], a: usize, world: &World) -> Vec<usize> {

@@ -239,6 +239,7 @@ fn person(scene: &SceneSpec, posture: &Posture, person_shade: u8) -> ObjectSpec 
         interior: scene.interior,
         optical: Optical::Opaque,
         reflectance: None,
+        specular: None,
         shade: person_shade,
         person_shade,
         tag_only: false,

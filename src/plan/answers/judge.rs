@@ -21,6 +21,7 @@ pub(crate) struct JudgeReply {
     nearest: Option<NearestReply>,
     worst: Option<WorstReply>,
     problems: Vec<ProblemReply>,
+    disturbed: Vec<DisturbedReply>,
     /// What *Find* compares with.
     scores: Vec<OwnScore>,
 }
@@ -82,6 +83,15 @@ struct WorstReply {
     words: String,
 }
 
+/// Two sensors that may disturb each other.
+#[derive(Clone, Debug, Serialize)]
+struct DisturbedReply {
+    indexes: [usize; 2],
+    words: String,
+    /// Whether the study forbids it.
+    is_forbidden: bool,
+}
+
 /// A moment by its scene and snapshot.
 fn moment_title(study: &Study, worlds: &[World], moment: usize) -> String {
     let World { name, snapshot, .. } = &worlds[moment];
@@ -114,6 +124,11 @@ impl JudgeReply {
             moment: *moment,
             words: format!("{}: {words}", moment_title(study, worlds, *moment)),
         });
+        let disturbed = |one: &crate::live::DisturbingPair| DisturbedReply {
+            indexes: one.indexes,
+            words: one.words.clone(),
+            is_forbidden: one.is_forbidden,
+        };
         JudgeReply {
             n,
             moments: moment_replies(&answer.moments, study),
@@ -123,6 +138,7 @@ impl JudgeReply {
             nearest,
             worst,
             problems: problem_replies(&answer.problems),
+            disturbed: answer.disturbed.iter().map(disturbed).collect(),
             scores: own_scores(&answer.moments, study),
         }
     }

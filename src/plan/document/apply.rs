@@ -1,6 +1,6 @@
 //! Each edit, as changes of the text; those of the plan are here.
 
-use toml_edit::Item;
+use toml_edit::{Item, Value};
 
 use perirobot_march::error::Issue;
 use perirobot_march::{Error, Result};
@@ -168,19 +168,22 @@ impl Editor<'_> {
     }
 
     /// What one of a new sensor costs. A study in which all others have a cost would not load without.
-    fn new_cost(&self, model: &str, known: Option<f64>) -> Result<Option<f64>> {
+    fn new_cost(&self, model: &str, known: Option<f64>) -> Result<Option<String>> {
         let sensors = Path::new("sensor");
         let all: Vec<Path> = (0..self.source.count(&sensors)).map(|index| sensors.entry(index)).collect();
-        let cost = |at: &Path| self.source.get(&at.key("cost")).and_then(Item::as_value).and_then(to_number);
+        let cost = |at: &Path| self.source.get(&at.key("cost")).and_then(Item::as_value);
         let like = all.iter().filter(|at| self.source.str(&at.key("model")) == Some(model)).find_map(cost);
-        let found = known.or(like);
+        if let (None, Some("list")) = (known, like.and_then(Value::as_str)) {
+            return Ok(Some(quote("list")));
+        }
+        let found = known.or(like.and_then(to_number));
         match found.is_none() && !all.is_empty() && all.iter().all(|at| cost(at).is_some()) {
             true => Err(Error::input(
                 format!("model {model:?}"),
                 "has no cost, and every sensor of the study has one",
             )
             .with_advice("say what one costs; 0 if it is there already")),
-            false => found.map(|cost| check_amount("cost", cost).map(|()| cost)).transpose(),
+            false => found.map(|cost| check_amount("cost", cost).map(|()| number(cost))).transpose(),
         }
     }
 
@@ -196,7 +199,7 @@ impl Editor<'_> {
         let mut all = std::iter::once(model.to_string()).chain(later);
         let name = all.find(|name| !self.alone.contains(name)).unwrap_or_default();
         let own = [("name".to_string(), quote(&name)), ("model".to_string(), quote(model))];
-        let cost = cost.map(|cost| ("cost".to_string(), number(cost)));
+        let cost = cost.map(|cost| ("cost".to_string(), cost));
         let keys = own.iter().chain(&cost).chain(&known.keys).map(|(key, value)| format!("{key} = {value}"));
         let keys: Vec<String> = keys.collect();
         let entry = group::inline_entry("0", at, known.stance);

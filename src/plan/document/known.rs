@@ -34,30 +34,36 @@ pub struct KnownModel {
     pub name: String,
     /// How it is turned by what it faces.
     pub stance: Stance,
-    /// What one costs, if that is known: a study whose sensors all have a cost gets it with the sensor.
+    /// What one costs by the catalogue of the study's own, which its sensor gets.
     pub cost: Option<f64>,
     /// Further keys of a sensor that is made of it, each with its value as TOML.
     pub keys: Vec<(String, String)>,
 }
 
 impl Known {
-    /// What a study says, beside the whole catalogue.
+    /// What a study says, beside its own catalogue and the whole one.
     pub fn new(study: &Study) -> Known {
-        Known { sensors: study.sensors.iter().map(KnownSensor::new).collect(), ..Known::catalogue() }
+        Known {
+            sensors: study.sensors.iter().map(KnownSensor::new).collect(),
+            models: study.models.iter().chain(models()).map(KnownModel::new).collect(),
+        }
     }
 
     /// The catalogue alone, for a study that does not load.
     pub fn catalogue() -> Known {
-        let models = models().iter().map(|model| {
-            let mount = model.keys.get("mount").and_then(|mount| mount.as_str());
-            let stance = match (model.kind(), mount) {
-                ("lidar", None | Some("upright")) => Stance::Upright,
-                ("pad" | "gate", _) => Stance::Level,
-                _ => Stance::Facing,
-            };
-            KnownModel { name: model.name.clone(), stance, cost: None, keys: own_keys(model) }
-        });
-        Known { sensors: Vec::new(), models: models.collect() }
+        Known { sensors: Vec::new(), models: models().iter().map(KnownModel::new).collect() }
+    }
+}
+
+impl KnownModel {
+    fn new(model: &DeviceModel) -> KnownModel {
+        let mount = model.keys.get("mount").and_then(|mount| mount.as_str());
+        let stance = match (model.kind(), mount) {
+            ("lidar", None | Some("upright")) => Stance::Upright,
+            ("pad" | "gate", _) => Stance::Level,
+            _ => Stance::Facing,
+        };
+        KnownModel { name: model.name.clone(), stance, cost: model.cost(), keys: own_keys(model) }
     }
 }
 

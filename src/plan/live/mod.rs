@@ -16,6 +16,7 @@
 //!   them.
 
 mod cell;
+mod disturbed;
 mod evidence;
 mod eye;
 mod floor;
@@ -41,6 +42,7 @@ use perirobot_study::world::World;
 
 pub use cell::coarse_voxel_m;
 use cell::{Background, Cell};
+pub use disturbed::DisturbingPair;
 use evidence::HeldEvidence;
 pub use floor::{FloorMap, NOT_COUNTED, PERSON_M};
 pub use frustum::Frustum;

@@ -378,3 +378,28 @@ fn worlds_stay_where_only_sensors_change() {
         assert_eq!(answer.counts, expected.counts);
     }
 }
+
+/// Two cameras that look at each other are told, by the pairs of `choose`; if they emit nothing, or one is dead, they are not.
+#[test]
+fn cameras_that_disturb_each_other_are_told() {
+    let text = std::fs::read_to_string(scenes("tiny.toml")).unwrap();
+    let mut study = read("tiny.toml", None);
+    assert!(text.contains("kind = \"rgbd\""));
+    let camera = study.sensors.iter().position(|sensor| sensor.kind.name() == "rgbd").unwrap();
+    let at = |x: f64, towards: f64| Planned {
+        sensor: camera,
+        at: PlannedAt::Pose(Pose::facing(DVec3::new(x, 0.0, 1.0), DVec3::X * towards, 0.0, 0.0)),
+    };
+    let facing = [at(-0.5, 1.0), at(0.5, -1.0), at(0.5, 1.0)];
+    let judge = |study: &Study, dead: Option<usize>| {
+        live(BackendKind::Cpu, study.clone()).judge(&facing, dead, &|| None).unwrap().disturbed
+    };
+    assert_eq!(judge(&study, None), []);
+    study.sensors[camera].emits = Some("tof".into());
+    let told = judge(&study, None);
+    let pairs: Vec<([usize; 2], bool)> = told.iter().map(|one| (one.indexes, one.is_forbidden)).collect();
+    assert_eq!(pairs, [([0, 1], false)]);
+    let words = "A and B may disturb each other: both emit \"tof\", and each is in the other's field of view";
+    assert!(told[0].words.starts_with(words), "{}", told[0].words);
+    assert_eq!(judge(&study, Some(1)), []);
+}

@@ -14,6 +14,7 @@ use perirobot_sweep::results::Subject;
 use perirobot_sweep::scoring::run_on;
 
 use super::Live;
+use super::disturbed::{DisturbingPair, disturbing};
 use super::mid_air::placement_problem;
 use super::score::{PlacedProblem, without_doubles};
 
@@ -33,6 +34,8 @@ pub struct JudgeAnswer {
     pub cost: Option<Cost>,
     /// What is wrong with sensors where they are, at any moment.
     pub problems: Vec<PlacedProblem>,
+    /// Which of them may disturb each other, at any moment.
+    pub disturbed: Vec<DisturbingPair>,
 }
 
 /// The counts of a moment.
@@ -88,6 +91,7 @@ struct LivingPlan {
     worlds: Vec<World>,
     cost: Option<Cost>,
     problems: Vec<PlacedProblem>,
+    disturbed: Vec<DisturbingPair>,
 }
 
 impl Live {
@@ -126,6 +130,7 @@ impl Live {
         let planned: Vec<Planned> = kept.iter().map(|&index| plan[index]).collect();
         let (mut study, worlds, candidates) = self.plan(&planned)?;
         let mut cost = Some(Cost::ZERO);
+        let mut living = Vec::new();
         for ((&index, planned), candidate) in kept.iter().zip(&planned).zip(candidates) {
             let member = [planned.sensor, candidate];
             let own = study.sensors[planned.sensor].terms.cost;
@@ -136,10 +141,13 @@ impl Live {
             problems.extend(worst.map(|problem| PlacedProblem { index, words: problem.words, is_left_out }));
             if is_left_out || dead == Some(index) {
                 study.combinations[0].members.retain(|own| [own.sensor, own.candidates[0]] != member);
+            } else {
+                living.push((index, member));
             }
         }
         problems.sort_by_key(|problem| problem.index);
-        Ok(LivingPlan { study, worlds, cost, problems })
+        let disturbed = disturbing(&study, &worlds, &living);
+        Ok(LivingPlan { study, worlds, cost, problems, disturbed })
     }
 
     /// Judges a plan in the study's voxels, perhaps with one of its sensors dead.
@@ -152,7 +160,7 @@ impl Live {
         dead: Option<usize>,
         progress: &dyn Progress,
     ) -> Result<JudgeAnswer> {
-        let LivingPlan { study, worlds, cost, problems } = self.living_plan(plan, dead)?;
+        let LivingPlan { study, worlds, cost, problems, disturbed } = self.living_plan(plan, dead)?;
         let choice = Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
         self.held = None;
         let set = judge_set(&study, &worlds, &choice, &mut self.backends, progress)?;
@@ -160,7 +168,8 @@ impl Live {
         let moments = moments(&set, &worlds);
         let nearest = nearest(&set, &study, &worlds, &choice, progress)?;
         let worst = worst(&set, &moments, &study);
-        Ok(JudgeAnswer { verdicts: lines(&set, &subject), moments, nearest, worst, cost, problems })
+        let verdicts = lines(&set, &subject);
+        Ok(JudgeAnswer { verdicts, moments, nearest, worst, cost, problems, disturbed })
     }
 }
 

@@ -24,11 +24,17 @@ function showStatus() {
   const { cost, budget } = state;
   const home = element("money");
   home.hidden = cost === null || cost === undefined;
-  home.lastChild.textContent = budget === null || budget === undefined ? money(cost) : `${money(cost)} of ${money(budget)}`;
+  const marked = state.list_prices ? `${money(cost)} (with list prices, to be checked)` : money(cost);
+  home.lastChild.textContent = budget === null || budget === undefined ? marked : `${marked} of ${money(budget)}`;
+  home.title = state.list_prices ?? "";
   home.className = budget !== null && budget !== undefined && cost > budget ? "over" : "";
   element("requirements").replaceChildren(...verdicts.map(verdictLine));
   element("conditions").replaceChildren(...conditionLines(verdicts));
   element("verdicts").hidden = !verdicts.length;
+  const disturbed = isOld ? [] : judged?.disturbed ?? [];
+  element("disturb-note").hidden = !disturbed.length;
+  element("disturb-note").className = disturbed.some(one => one.is_forbidden) ? "FAIL" : "";
+  element("disturb-note").textContent = disturbed.map(one => one.words).join(". ");
   element("dead-note").hidden = planner.dead === null;
   element("dead-note").textContent = planner.dead === null ? "" : `Sensor ${letterAt(planner.dead)} is switched off: all numbers are without it.`;
 }

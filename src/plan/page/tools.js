@@ -153,7 +153,7 @@ function showCatalogue() {
     const button = made("button", { type: "button", class: "model" }, made("strong", {}, name), made("span", {}, words), made("em", {}, cost === null || cost === undefined ? "" : money(cost)));
     button.addEventListener("click", () => {
       if (!mayEdit()) return;
-      if (what.model && needsCost() && element("model-cost").value === "") {
+      if (what.model && (cost === null || cost === undefined) && needsCost() && element("model-cost").value === "") {
         element("model-cost").focus();
         notify("Every sensor of this study has a cost: write first what one of the catalogue's devices costs.", "bad");
         return;

@@ -114,6 +114,7 @@ mod tests {
             interior: Interior::Occupied,
             optical: Optical::SeeThrough,
             reflectance: None,
+            specular: None,
             shade: 0,
             person_shade: 0,
             tag_only: true,

@@ -126,6 +126,7 @@ mod tests {
             interior: Interior::Ignored,
             optical: Optical::Opaque,
             reflectance: None,
+            specular: None,
             shade: 0,
             person_shade: 0,
             tag_only: false,

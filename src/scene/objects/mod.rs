@@ -73,6 +73,30 @@ pub enum Optical {
     SeeThrough,
 }
 
+/// A surface at which sensors do not measure the surface itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Specular {
+    /// Light passes, or is reflected away.
+    Glass,
+    /// Light is reflected away.
+    Mirror,
+    /// Light comes back strongly, as from a warning vest or a reflector.
+    Retroreflector,
+}
+
+impl Specular {
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Specular::Glass => "glass",
+            Specular::Mirror => "mirror",
+            Specular::Retroreflector => "retroreflector",
+        }
+    }
+}
+
 /// Triangles in metres, z up.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {

@@ -13,7 +13,7 @@ use super::keypoints::KeypointFile;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::sdf::SdfFile;
 use super::urdf::{GeometryUse, JointValues, Packages};
-use super::{Interior, ObjectCarrier, Optical, Role};
+use super::{Interior, ObjectCarrier, Optical, Role, Specular};
 
 /// A checked scene: what to load and where to put it.
 #[derive(Clone, Debug)]
@@ -60,6 +60,8 @@ pub struct ObjectSpec {
     pub optical: Optical,
     /// The share of light that it reflects, if the file says so.
     pub reflectance: Option<f64>,
+    /// What its surface does to light, if the file says so. No count depends on it.
+    pub specular: Option<Specular>,
     /// The shade of its parts that are no people ([`perirobot_march::backend::Shades`]); 0 until the study is known.
     pub shade: u8,
     /// The shade of its parts that are people, alike.

@@ -3,19 +3,21 @@
 //! written them all.
 
 mod contradiction;
+mod own;
+mod price;
 
-use std::path::Path;
 use std::sync::LazyLock;
 
 use serde::Deserialize;
 use toml::{Table, Value};
 
-use crate::diagnostics::{Place, parse, read};
+use crate::diagnostics::{Place, read};
 use crate::sensor::SaidOfNoise;
 use crate::sensor::kinds::shared::range::noise_in;
-use perirobot_march::error::Issue;
+pub(super) use own::{read_own, unnamed_warnings};
 use perirobot_march::{Error, Result};
-use perirobot_scene::source::Sources;
+use price::take_list_price;
+pub use price::{ListPrice, describe_list_prices};
 
 /// A device of the catalogue.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -35,6 +37,11 @@ pub struct DeviceModel {
     pub unconfirmed: Option<String>,
     /// For a stereo camera, the values from which its noise follows.
     pub stereo: Option<Stereo>,
+    /// What a public shop asks for one, to be checked.
+    pub price: Option<ListPrice>,
+    /// To which resolutions its protective field can be set, in millimetres: the smallest object that it detects.
+    #[serde(default)]
+    pub resolutions_mm: Vec<f64>,
     /// The keys of a `[[sensor]]` that it gives; the noise of a stereo camera is added as the file is read.
     pub keys: Table,
 }
@@ -65,6 +72,12 @@ impl DeviceModel {
     /// The kind of sensor that it is.
     pub fn kind(&self) -> &str {
         self.keys.get("kind").and_then(Value::as_str).unwrap_or_default()
+    }
+
+    /// What one costs by its keys, which a catalogue of a study's own may have.
+    pub fn cost(&self) -> Option<f64> {
+        let cost = self.keys.get("cost")?;
+        cost.as_float().or_else(|| cost.as_integer().map(|whole| whole as f64))
     }
 
     /// What its sources say of its noise.
@@ -116,66 +129,6 @@ pub fn models() -> &'static [DeviceModel] {
     &MODELS
 }
 
-/// A device of a study's own catalogue. Only its name and its keys are needed.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct OwnModel {
-    name: String,
-    #[serde(default)]
-    title: String,
-    #[serde(default)]
-    source: String,
-    #[serde(default)]
-    url: String,
-    #[serde(default)]
-    note: String,
-    unconfirmed: Option<String>,
-    stereo: Option<Stereo>,
-    keys: Table,
-}
-
-/// Reads the catalogue of a study's own: `[[model]]` with a name, the keys of a `[[sensor]]`, and what else is known.
-///
-/// # Errors
-/// When the file cannot be read or is not a catalogue, or a device has the name of another one.
-pub(super) fn read_own(at: &Place, path: &Path, sources: &Sources) -> Result<Vec<DeviceModel>> {
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    struct OwnCatalogue {
-        model: Vec<OwnModel>,
-    }
-    let text = sources.text(path).map_err(|e| at.wrap(e.with_place("catalogue")))?;
-    let own: OwnCatalogue = parse(path, &text).map_err(|(e, _)| e)?;
-    let of = |own: OwnModel| {
-        let OwnModel { name, title, source, url, note, unconfirmed, stereo, keys } = own;
-        let title = if title.is_empty() { name.clone() } else { title };
-        let mut model = DeviceModel { name, title, source, url, note, unconfirmed, stereo, keys };
-        model.add_stereo_noise();
-        model
-    };
-    let own: Vec<DeviceModel> = own.model.into_iter().map(of).collect();
-    let file = Place::new(path);
-    file.unique("model", own.iter().map(|model| model.name.as_str()))?;
-    for model in &own {
-        let at = file.key(&format!("model {:?}", model.name));
-        if find(&model.name, &[]).is_some() {
-            return Err(at.says("is a device that ships").with_advice("give yours another name"));
-        }
-        if !model.keys.contains_key("kind") {
-            return Err(at
-                .key("keys")
-                .wrap(Issue::missing("kind"))
-                .with_advice("write what it is: kind = \"rgbd\""));
-        }
-        let placed = ["name", "poses", "on", "same_poses_as", "model"];
-        if let Some(key) = placed.iter().find(|key| model.keys.contains_key(**key)) {
-            let what = format!("keys.{key} belongs to a sensor of the study, not to a device");
-            return Err(at.says(what).with_advice("move it there"));
-        }
-    }
-    Ok(own)
-}
-
 /// A study with its models replaced by their keys; for the fingerprint, which must change when the values of
 /// a model change.
 pub fn written_out(mut study: Table) -> Table {
@@ -195,11 +148,24 @@ pub(super) struct FromModel {
     pub(super) contradictions: Vec<String>,
     /// That it casts fewer rays than the device has, if so.
     pub(super) thinned: Option<String>,
+    /// Its list price, if that is its cost.
+    pub(super) list_price: Option<ListPrice>,
+    /// The resolutions of its field.
+    pub(super) resolutions_mm: Vec<f64>,
 }
 
-/// Replaces `model` in the keys of a sensor by the keys that it stands for.
-pub(super) fn resolve(at: &Place, keys: &mut Table, own: &[DeviceModel]) -> Result<FromModel> {
-    let Some(written) = keys.remove("model") else { return Ok(FromModel::default()) };
+/// Replaces `model` in the keys of a sensor by the keys that it stands for, and `cost = "list"` by a list price, which
+/// must be in the currency of the study.
+pub(super) fn resolve(
+    at: &Place,
+    keys: &mut Table,
+    own: &[DeviceModel],
+    currency: Option<&str>,
+) -> Result<FromModel> {
+    let Some(written) = keys.remove("model") else {
+        let list_price = take_list_price(at, keys, None, currency)?;
+        return Ok(FromModel { list_price, ..FromModel::default() });
+    };
     let Some(name) = written.as_str() else {
         return Err(at.wrong("model", written, "must be a name, as in model = \"realsense-d435\""));
     };
@@ -214,7 +180,13 @@ pub(super) fn resolve(at: &Place, keys: &mut Table, own: &[DeviceModel]) -> Resu
             let contradictions = contradiction::contradictions(model, keys);
             let thinned = contradiction::describe_thinning(model, keys);
             complete(keys, model);
-            Ok(FromModel { contradictions, thinned })
+            let list_price = take_list_price(at, keys, Some(model), currency)?;
+            Ok(FromModel {
+                contradictions,
+                thinned,
+                list_price,
+                resolutions_mm: model.resolutions_mm.clone(),
+            })
         }
     }
 }

@@ -44,8 +44,10 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     let listed = file.scene.len();
     let mut scenes = scenes(at, &mut file, &sources, &mut problems);
     let written = Written::new(&text);
-    let own = file.catalogue.take().map(|path| catalogue::read_own(at, &at.folder().join(path), &sources));
+    let own_path = file.catalogue.take().map(|path| at.folder().join(path));
+    let own = own_path.as_ref().map(|path| catalogue::read_own(at, path, &sources));
     let models: Vec<DeviceModel> = problems.keep(own.transpose()).flatten().unwrap_or_default();
+    let currency = file.currency.clone();
     let context = sensor::SensorContext {
         seed: file.seed,
         noiseless,
@@ -54,11 +56,14 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         poses: 0,
         sources: &sources,
         models: &models,
+        currency: currency.as_deref(),
         scenes: &scenes,
         has_all_scenes: is_whole && scenes.len() >= listed && listed > 0,
         surfaces: &Surfaces::default(),
         line_of: &|steps| written.line_of(steps),
     };
+    let of_catalogue =
+        own_path.map(|path| catalogue::unnamed_warnings((at.file, &path), &file.sensor, context));
     let mut of_sensors = Problems::default();
     let sensors = sensors(at, take(&mut file.sensor), context, &mut of_sensors);
     let reflectances =
@@ -95,6 +100,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
         None => choose::usual(&known),
     };
     let mut warnings = diagnostics::warnings(&text);
+    warnings.extend(of_catalogue.into_iter().flatten());
     warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
     warnings.extend(demands.approach.warning());
     if has_candidates {

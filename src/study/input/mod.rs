@@ -36,7 +36,7 @@ use crate::sensor::kinds::recorded::Recorded;
 use crate::sensor::{Candidate, CostTerms, Kind, RayScale, SaidOfNoise, Sensor};
 use crate::world::KeptRays;
 pub use approach::{Approach, BodyShape, BodySpec, EntryPlace, EntrySpec, Hazard};
-use catalogue::DeviceModel;
+use catalogue::{DeviceModel, describe_list_prices};
 pub use choices::Choices;
 pub use choose::{Choose, Purchase, PurchaseFront, SetRequirement, ThenScore, Wanted};
 pub use combination::{Combination, Member};
@@ -151,6 +151,12 @@ impl Study {
         }
     }
 
+    /// Which costs are list prices of the catalogue, in a sentence; `None` if none is.
+    pub fn describe_list_prices(&self) -> Option<String> {
+        let prices = self.sensors.iter().map(|sensor| (sensor.name.as_str(), sensor.list_price.as_ref()));
+        describe_list_prices(prices)
+    }
+
     /// The shade of people whose reflectance is not given.
     pub fn person_shade(&self) -> u8 {
         reflectance::number(&self.reflectances, PERSON_REFLECTANCE)
@@ -188,6 +194,8 @@ impl Study {
             noise: SaidOfNoise::Nothing,
             thinned: None,
             terms: CostTerms::default(),
+            list_price: None,
+            resolutions_mm: Vec::new(),
             emits: None,
             warnings: Vec::new(),
             name,

@@ -18,7 +18,7 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::objects::keypoints::JointLayout;
 use perirobot_scene::objects::spec::{NodeRule, SceneSpec};
 use perirobot_scene::objects::urdf::GeometryUse;
-use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, Role};
+use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, Role, Specular};
 use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::source::Sources;
 pub(super) use surface::{mesh, unit_and_up_belong};
@@ -52,6 +52,9 @@ struct ObjectFile {
     /// The share of a sensor's light that it reflects, above 0 and up to 1, for sensors with reflectance_ranges_m: 0.05 is dark
     /// cloth. Default: every sensor detects it up to its longest range; people 0.018, the black test piece of safety scanners.
     reflectance: Option<f64>,
+    /// What its surface does to light: "glass", "mirror" or "retroreflector". No count depends on it; `perirobot check`
+    /// warns of sensors that look at it.
+    surface: Option<Specular>,
     /// Gives its role to voxels that other objects fill, and fills none itself. Default false.
     #[serde(default)]
     tag_only: bool,

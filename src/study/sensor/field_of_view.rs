@@ -86,6 +86,28 @@ impl FieldOfView {
         }
     }
 
+    /// Unit directions from edge to edge in so many steps on each axis, row by row; none where only the spacing of the rays
+    /// is known.
+    pub(crate) fn lattice(&self, steps: usize) -> Vec<Vec<DVec3>> {
+        let share = |step: usize| step as f64 / steps as f64;
+        let rows = |towards: &dyn Fn(f64, f64) -> DVec3| {
+            let row = |y: usize| (0..=steps).map(|x| towards(share(x), share(y)).normalize()).collect();
+            (0..=steps).map(row).collect()
+        };
+        match self {
+            FieldOfView::Image(Image { size_px, focal_px }) => {
+                let half = |a: usize| f64::from(size_px[a]) / 2.0 / focal_px[a];
+                rows(&|x, y| DVec3::new(half(0) * (2.0 * x - 1.0), half(1) * (2.0 * y - 1.0), 1.0))
+            }
+            FieldOfView::Turn { azimuth_rad: [first, last], elevation_rad: [low, high] } => rows(&|x, y| {
+                let (azimuth, elevation) = (first + x * (last - first), low + y * (high - low));
+                let flat = libm::cos(elevation);
+                DVec3::new(flat * libm::cos(azimuth), flat * libm::sin(azimuth), libm::sin(elevation))
+            }),
+            FieldOfView::Spacing => Vec::new(),
+        }
+    }
+
     /// Whether a direction of any length lies in it; `None` where only the spacing of the rays can tell.
     pub fn holds(&self, direction: DVec3) -> Option<bool> {
         match self {

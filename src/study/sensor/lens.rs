@@ -11,6 +11,8 @@ use perirobot_scene::pose::Pose;
 const RAYS: usize = 48;
 /// Places along each of them.
 const ALONG: usize = 5;
+/// Steps between the places that outline what is too near, on each axis.
+const NEAR_STEPS: usize = 24;
 /// Lenses nearer than this are in the same place: none is in front of the other.
 const SAME_PLACE_M: f64 = 1e-9;
 
@@ -21,7 +23,8 @@ pub struct Lens {
     pub position_m: DVec3,
     world_from_lens: DMat3,
     field: FieldOfView,
-    /// The farthest distance that is measured, in metres, and what it is measured along.
+    /// The nearest and the farthest distance that are measured, in metres, and what they are measured along.
+    near_m: f64,
     far_m: f64,
     along: Along,
 }
@@ -35,11 +38,12 @@ impl Lens {
     /// The lens of a kind of sensor at a pose in the world, if it has one.
     pub fn new(kind: &dyn Kind, pose: &Pose) -> Option<Lens> {
         let range = kind.range().filter(|_| has_lens(kind))?;
-        let [_, far_m] = range.range_m;
+        let [near_m, far_m] = range.range_m;
         Some(Lens {
             position_m: pose.position_m,
             world_from_lens: kind.frame(pose),
             field: kind.field_of_view(),
+            near_m,
             far_m,
             along: range.along,
         })
@@ -66,11 +70,52 @@ impl Lens {
     /// Whether a point is in the field of view, and not farther than is measured.
     pub fn reaches(&self, point_m: DVec3) -> bool {
         let towards = self.in_lens(point_m);
-        let distance_m = match self.along {
+        self.measured_m(towards) <= self.far_m && self.field.holds(towards) == Some(true)
+    }
+
+    /// Whether a point is in the field of view, and nearer than is measured.
+    pub fn is_too_near(&self, point_m: DVec3) -> bool {
+        let towards = self.in_lens(point_m);
+        self.measured_m(towards) < self.near_m && self.field.holds(towards) == Some(true)
+    }
+
+    /// Places at the nearest distance that is measured, spread over the field of view, in the world and in parts: what is too
+    /// near is made up of the convex hulls of the lens and each part.
+    pub fn near_parts_m(&self) -> Vec<Vec<DVec3>> {
+        let place = |direction: &DVec3| {
+            let towards = match self.along {
+                Along::Axis if direction.z > 0.0 => direction / direction.z,
+                _ => *direction,
+            };
+            self.position_m + self.world_from_lens * (towards * self.near_m)
+        };
+        let rows = self.field.lattice(NEAR_STEPS);
+        match self.field {
+            FieldOfView::Image(_) => vec![rows.iter().flatten().map(place).collect()],
+            // A whole turn is not convex, a step of it is.
+            _ => (0..NEAR_STEPS)
+                .map(|step| rows.iter().flat_map(|row| row[step..step + 2].iter().map(place)).collect())
+                .collect(),
+        }
+    }
+
+    /// How far from the lens a point may be that is too near, in metres.
+    pub fn near_reach_m(&self) -> f64 {
+        let ends = self.near_parts_m().into_iter().flatten();
+        ends.map(|end| end.distance(self.position_m)).fold(self.near_m, f64::max)
+    }
+
+    /// The nearest distance that is measured, and what it is measured along.
+    pub fn near_m(&self) -> (f64, Along) {
+        (self.near_m, self.along)
+    }
+
+    /// The distance of a point in the frame of its rays, as its ranges count it.
+    fn measured_m(&self, towards: DVec3) -> f64 {
+        match self.along {
             Along::Ray => towards.length(),
             Along::Axis => towards.z,
-        };
-        distance_m <= self.far_m && self.field.holds(towards) == Some(true)
+        }
     }
 
     /// Places that stand for what it sees, in the world: evenly along rays that are spread over the field of view, up to the

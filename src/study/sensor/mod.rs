@@ -13,6 +13,7 @@ pub mod look;
 pub mod noise;
 pub mod prism;
 pub mod range;
+pub mod spacing;
 pub mod spread;
 pub mod turned;
 pub mod watch;
@@ -25,6 +26,8 @@ use glam::{DMat3, DVec3};
 use self::contour::Scanner;
 use self::prism::Prism;
 use self::range::Range;
+use self::spacing::RaySpacing;
+use crate::input::catalogue::ListPrice;
 pub use calibration::Calibration;
 pub use camera::Camera;
 pub use cost::{Cost, CostTerms};
@@ -64,6 +67,10 @@ pub struct Sensor {
     pub thinned: Option<String>,
     /// What one of them costs, and how many a set may have.
     pub terms: CostTerms,
+    /// The list price of its model, if that is its cost.
+    pub list_price: Option<ListPrice>,
+    /// To which resolutions its protective field can be set, in millimetres, if its model says so.
+    pub resolutions_mm: Vec<f64>,
     /// The kind of light that it emits, if the study or its device says so.
     pub emits: Option<String>,
     /// What was assumed about it that the user may not expect.
@@ -204,6 +211,11 @@ pub trait Kind: Debug + Send + Sync {
     /// Where its rays look. With it, voxels between rays can be distinguished from voxels outside the view.
     fn field_of_view(&self) -> FieldOfView {
         FieldOfView::Spacing
+    }
+
+    /// The gaps between its rays; `None` if it has none, or in no grid.
+    fn spacing(&self) -> Option<RaySpacing> {
+        None
     }
 
     /// The distances that it measures; `None` for a sensor without rays.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{Baselines, World};
 use crate::input::Study;
 use crate::sensor::{self, Setting};
-use perirobot_march::backend::GridPose;
+use perirobot_march::backend::{GridPose, Shades};
 use perirobot_march::voxel::{BitGrid, Window};
 use perirobot_scene::objects::spec::SceneVariant;
 use perirobot_scene::source::{little_endian, sha256};
@@ -41,6 +41,9 @@ pub struct Described {
     /// The same of the voxels that stop rays.
     #[serde(default)]
     pub blockers_sha256: String,
+    /// Of how dark they are, if sensors do not detect all of them equally far.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shades_sha256: Option<String>,
     /// Of people.
     #[serde(default)]
     pub human_sha256: String,
@@ -199,6 +202,7 @@ pub(super) fn describe(study: &Study, world: &mut World, known: &KnownHashes) ->
         occupied_voxels: truth.occupied.count(),
         occupied_sha256,
         blockers_sha256,
+        shades_sha256: truth.shades.as_deref().map(|shades| shades_sha256(shades, &study.reflectances)),
         human_sha256: plane_sha256(&truth.human.to_window(whole)),
         robot_sha256: known.plane_sha256(&truth.robot, whole),
         robot_volume_sha256: known.plane_sha256(&truth.robot_volume, whole),
@@ -212,6 +216,14 @@ pub(super) fn describe(study: &Study, world: &mut World, known: &KnownHashes) ->
 fn plane_sha256(plane: &BitGrid) -> String {
     let window = plane.window();
     sha256([&*little_endian(&window.min), &little_endian(&window.size), &little_endian(plane.words())])
+}
+
+/// Hash of how dark the blockers are: the shares of light of each shade, as bits of f64, and the planes of their numbers.
+fn shades_sha256(shades: &Shades, reflectances: &[f64]) -> String {
+    let shares: Vec<u64> = reflectances.iter().map(|share| share.to_bits()).collect();
+    let shares: Vec<u8> = shares.into_iter().flat_map(u64::to_le_bytes).collect();
+    let planes = shades.bits.each_ref().map(plane_sha256);
+    sha256([shares.as_slice(), planes[0].as_bytes(), planes[1].as_bytes()])
 }
 
 /// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.

@@ -11,6 +11,7 @@ mod described;
 mod extent;
 mod floor;
 mod mounts;
+pub mod near;
 mod people;
 pub mod place;
 mod placed;
@@ -20,12 +21,15 @@ mod robots;
 mod same;
 pub mod shapes;
 mod sizes;
+mod specular;
 mod stuck;
 mod thin;
 mod warnings;
 
 use std::ops::Range;
 use std::sync::Arc;
+
+use glam::DVec3;
 
 use crate::input::Study;
 use crate::sensor::{self, Setting, Station};
@@ -106,6 +110,22 @@ impl World {
         progress: &dyn Progress,
     ) -> Result<Vec<World>> {
         prepare::all_worlds(study, scenes, progress).map_err(Error::first)
+    }
+
+    /// The diagonal of its grid, in metres.
+    pub fn across_m(&self) -> f64 {
+        DVec3::from_array(self.grid.size.map(f64::from)).length() * self.grid.voxel_size_m
+    }
+
+    /// How far a sensor is from the farthest corner around all regions at any of its poses, in metres; 0 if it has none.
+    pub fn farthest_m(&self, sensor: usize) -> f64 {
+        let window = region::window_of(&self.regions);
+        let [low, high] = [window.min, window.end()].map(|corner| self.grid.corner_m(corner));
+        let distance = |setting: &Setting| match setting {
+            Setting::Pose(Pose { position_m: at, .. }) => (*at - low).abs().max((*at - high).abs()).length(),
+            _ => 0.0,
+        };
+        self.settings[sensor].iter().map(distance).fold(0.0, f64::max)
     }
 
     /// The voxels of all regions.

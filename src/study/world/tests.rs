@@ -189,3 +189,32 @@ fn a_mount_is_off_by_as_much_in_every_snapshot_and_inside_the_grid() {
         ideal.sensors.iter().all(|sensor| sensor.kind.calibration().is_none() && !sensor.kind.is_noisy())
     );
 }
+
+/// Reflectances change no plane but the shades, and their hash.
+#[test]
+fn shades_have_a_hash_of_their_own() {
+    let described = |share: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = format!(
+            "[[object]]\nname = \"hall\"\nroom = {{ size_m = [2, 2, 2] }}\nposition_m = [0, 0, 1]\n\
+             [[object]]\nname = \"box\"\nbox = {{ size_m = [0.4, 0.4, 0.4] }}\nposition_m = [0, 0, 1]\nreflectance = {share}\n"
+        );
+        std::fs::write(folder.path().join("cell.toml"), scene).unwrap();
+        let range = if share == "1.0" { "" } else { "reflectance_ranges_m = [[0.1, 1.0], [0.9, 3.0]]\n" };
+        let study = format!(
+            "[grid]\nvoxel_size_m = 0.1\n[[scene]]\nfile = \"cell.toml\"\n[[region]]\nname = \"all\"\n\
+             box = {{ min_m = [-0.5, -0.5, 0.5], max_m = [0.5, 0.5, 1.5] }}\n[[sensor]]\nname = \"camera\"\n\
+             kind = \"rgbd\"\nfov_deg = [60, 40]\nresolution_px = [8, 6]\nrange_m = [0.1, 3]\n{range}\
+             poses = [{{ name = \"p\", list = [{{ position_m = [-0.8, 0, 1], facing = [1, 0, 0] }}] }}]\n"
+        );
+        let path = folder.path().join("study.toml");
+        std::fs::write(&path, study).unwrap();
+        let study = Study::load(&path, &Overrides::default()).unwrap();
+        World::prepare_all(&study).unwrap()[0].described.clone()
+    };
+    let [plain, dark, bright] = ["1.0", "0.1", "0.2"].map(described);
+    assert_eq!(plain.shades_sha256, None);
+    assert!(dark.shades_sha256.is_some() && dark.shades_sha256 != bright.shades_sha256);
+    assert_eq!(dark.blockers_sha256, bright.blockers_sha256);
+    assert_eq!(described("0.1"), dark);
+}

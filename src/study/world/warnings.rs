@@ -4,12 +4,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::place::{Places, is_room, room_m};
 use super::sizes::{Lengths, Surfaces, guess_unit};
-use super::{World, carried, cut_warnings, dead, floor, people, robots, stuck, thin};
+use super::{World, carried, cut_warnings, dead, floor, people, robots, specular, stuck, thin};
 use crate::diagnostics::FAR_M;
 use crate::input::Study;
 use crate::sensor::{Kind, Sensor, Setting, Stance};
@@ -64,7 +63,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     warnings.extend(floor::warning(study, &scenes[0]));
     let places = Places::new(study, &worlds[0]);
     let outside = poses_outside(study, &first, &worlds[0]);
-    let across_m = DVec3::from_array(first.grid.size.map(f64::from)).length() * study.voxel_size_m;
+    let across_m = worlds[0].across_m();
     let of_sensor = |(sensor, outside): (usize, &Vec<(usize, Option<String>)>)| {
         let spec = &study.sensors[sensor];
         let all = spec.warnings.iter().map(|what| format!("sensor {:?}: {what}", spec.name));
@@ -85,6 +84,7 @@ pub(super) fn warnings(study: &Study, scenes: &[Scene], worlds: &[World]) -> Sce
     warnings.extend(of_sensors.into_iter().flatten());
     warnings
         .extend((0..study.sensors.len()).filter_map(|sensor| warn_inside(study, &places, sensor, &glances)));
+    warnings.extend(specular::warnings(study, &worlds[0]));
     warnings.extend(robots::warnings(&scenes[0], &worlds[0]));
     warnings.extend(robots::planes_before_robots(study, &worlds[0]));
     warnings.extend(carried::warnings(study, scenes, worlds));

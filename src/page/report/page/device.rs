@@ -47,5 +47,9 @@ fn table_of(study: &Study, name: &str) -> Table {
 
 fn cost_of(study: &Study, name: &str) -> Option<String> {
     let sensor = study.sensors.iter().find(|sensor| sensor.name == name)?;
-    Some(sensor.terms.cost?.to_text(study.currency.as_deref()))
+    let cost = sensor.terms.cost?.to_text(study.currency.as_deref());
+    Some(match &sensor.list_price {
+        Some(price) => format!("{cost} (list price of {}, to be checked)", price.date),
+        None => cost,
+    })
 }

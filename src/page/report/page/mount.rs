@@ -11,6 +11,7 @@ use perirobot_study::input::Study;
 use perirobot_study::sensor::turned::Turned;
 use perirobot_study::sensor::{Setting, Stance};
 use perirobot_study::world::World;
+use perirobot_study::world::near::{lens_of, near_blindness};
 use perirobot_study::world::place::room_m;
 
 /// The mounting sheet of one sensor.
@@ -61,7 +62,8 @@ pub(super) fn explain_sheets() -> Markup {
             p.hint {
                 "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and robots \
                  left out. The thick line shows the sensor’s direction of view. Pan is counted from x to y, seen from above; tilt is \
-                 above or below the horizon. Grey areas are objects, blue ones robots."
+                 above or below the horizon. Grey areas are objects, blue ones robots; in red \
+                 ones a body is too near to be seen."
             }
         }
     }
@@ -120,6 +122,8 @@ fn sheet(
                         );
                     }
                     lines.extend(WAYS.iter().zip(lengths).map(|(way, next)| text(way, next)));
+                    let lens = lens_of(sensor, &named.setting);
+                    let near_m = lens.map_or(Vec::new(), |lens| lens.near_parts_m());
                     let sketch = Sketch {
                         letter: &letter,
                         pose: &pose,
@@ -128,6 +132,7 @@ fn sheet(
                         around: &around,
                         names: &objects,
                         things: surroundings.things(),
+                        near_m: &near_m,
                     };
                     sketches = sketch.views().into();
                 }
@@ -140,6 +145,11 @@ fn sheet(
             ];
             let turns = turns.into_iter().take(if level { 1 } else { 3 });
             lines.extend(turns.map(|(name, value)| text(name, value)));
+            if let Some(near) = near_blindness(study, &worlds[0], [number, candidate]) {
+                let regions = near.describe_regions(study).unwrap_or_else(|| "no part of a region".into());
+                let distance = near.describe_distance();
+                lines.push(text("blind near the lens", format!("{distance}: {regions}")));
+            }
             lines
         }
     };

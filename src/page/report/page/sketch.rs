@@ -39,6 +39,8 @@ pub(super) struct Sketch<'a> {
     /// The names of the surroundings.
     pub(super) names: &'a [String],
     pub(super) things: &'a [Thing],
+    /// What is too near to be measured: with the sensor, the convex hulls of these parts.
+    pub(super) near_m: &'a [Vec<DVec3>],
 }
 
 /// A view of the cell along an axis: the axes to the right and up.
@@ -109,6 +111,28 @@ impl ViewSide {
             }
         }
         self.words("name", [8.0, 16.0], "start", title);
+    }
+
+    /// What is too near to the sensor to be measured, if it is larger than its disc.
+    fn draw_near(&mut self, at: DVec3, parts: &[Vec<DVec3>]) {
+        let mut path = String::new();
+        let apex = self.project(at);
+        let mut reach = 0.0f64;
+        for part in parts {
+            let mut points: Vec<[f64; 2]> = part.iter().map(|place| self.project(*place)).collect();
+            let far = points.iter().map(|[x, y]| libm::hypot(x - apex[0], y - apex[1]));
+            reach = far.fold(reach, f64::max);
+            points.push(apex);
+            let corners = convex_hull(points).into_iter().map(|[x, y]| format!("{x} {y}"));
+            path += &format!("M{}Z", corners.collect::<Vec<_>>().join("L"));
+        }
+        if reach > DISC {
+            self.svg.add_titled(
+                "path",
+                &[("class", &"near"), ("d", &path)],
+                "too near: a body here is not seen",
+            );
+        }
     }
 
     /// The sensor with its direction of view.
@@ -187,6 +211,31 @@ impl ViewSide {
     }
 }
 
+/// The corners of the convex hull of some points, in order, all hulls the same way round.
+fn convex_hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    points.dedup();
+    let turns_left = |[ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]| {
+        (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 0.0
+    };
+    let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mut chain: Vec<[f64; 2]> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..]
+                && !turns_left(a, b, point)
+            {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    let lower = half(&mut points.iter().copied());
+    let upper = half(&mut points.iter().rev().copied());
+    [lower, upper].concat()
+}
+
 /// A name shortened for a drawing.
 fn shorten(name: &str) -> String {
     match name.chars().count() > LONGEST {
@@ -231,6 +280,7 @@ impl Sketch<'_> {
         let at = self.pose.position_m;
         let mut view = ViewSide::new(axes, [self.room_m[0].min(at), self.room_m[1].max(at)]);
         view.begin(title, self.things);
+        view.draw_near(at, self.near_m);
         view.draw_sensor(self.pose, self.letter);
         axes.into_iter().for_each(|axis| view.dimension(at, around, axis, self.names));
         view.name(self.things);
@@ -241,6 +291,13 @@ impl Sketch<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_hull_has_the_outer_corners_once() {
+        let square = vec![[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+        assert_eq!(convex_hull(square), [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]);
+        assert_eq!(convex_hull(vec![[1.0, 0.0], [0.0, 0.0]]), [[0.0, 0.0], [1.0, 0.0]]);
+    }
 
     #[test]
     fn distances_and_angles_are_written_inside() {
@@ -275,9 +332,11 @@ mod tests {
                     around: &around,
                     names: &names,
                     things: &[fence],
+                    near_m: &[vec![pose.position_m + DVec3::new(1.0, 1.0, -1.0), pose.position_m - DVec3::X]],
                 }
                 .views();
                 let texts = drawn.each_ref().map(|svg| {
+                    assert!(svg.contains("class=\"near\""), "{svg}");
                     assert!(svg.contains("class=\"thing\"") && svg.contains(">fence<"), "{svg}");
                     let document = roxmltree::Document::parse(svg).unwrap();
                     let mut boxes: Vec<[f64; 4]> = Vec::new();

@@ -7,6 +7,7 @@ use crate::report::purchased::{
 use crate::report::table::Table;
 use crate::report::wording::words;
 use perirobot_decide::cheapest::{AimReport, PurchasePoint, PurchaseReport, PurchasedSet};
+use perirobot_decide::choose::describe_asked_prices;
 use perirobot_decide::judge::{RequirementVerdict, SetVerdicts};
 use perirobot_march::voxel::gap_error_m;
 use std::cmp::Ordering;
@@ -31,6 +32,9 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     text += &format!("\n{}\n", describe_proof(report));
     text += &judged.and_then(|judged| smallest_margin(report, judged)).unwrap_or_default();
     text += &describe_disturb(report);
+    if let Some(prices) = describe_asked_prices(&report.asked.sensors) {
+        text += &format!("{prices}\n");
+    }
     for table in [front(report), numbers(report)].into_iter().flatten() {
         text += &format!("\n{}", table.text());
     }

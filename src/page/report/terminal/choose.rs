@@ -4,7 +4,7 @@ use crate::report::chosen_sets::{
     Spelling, describe_disturb, describe_score, four, front, question, reading_guide, refined_words,
     sentence, set,
 };
-use perirobot_decide::choose::Chosen;
+use perirobot_decide::choose::{Chosen, describe_asked_prices};
 use perirobot_march::metrics::Across;
 
 /// Scores by their names in files.
@@ -23,11 +23,12 @@ const HOW_TO_LIST: &str = "refined.csv has the finer poses; a study lists them a
 /// The question and the front.
 pub fn overview(chosen: &Chosen) -> String {
     format!(
-        "asked: {}\n\n{}{}{}\n",
+        "asked: {}\n\n{}{}{}\n{}",
         question(chosen, &AS_IN_FILES),
         front(chosen, &AS_IN_FILES).text(),
         reading_guide(chosen),
-        describe_disturb(chosen, &AS_IN_FILES)
+        describe_disturb(chosen, &AS_IN_FILES),
+        describe_asked_prices(&chosen.asked.sensors).map_or(String::new(), |prices| prices + "\n")
     )
 }
 

@@ -174,6 +174,10 @@ fn a_new_sensor_has_a_cost_if_all_others_have() {
     let text = edited(&study, &cell(), &[add(Some(700.0)), add(None)]);
     // The second costs what the first does.
     assert_eq!(text.matches("model = \"d455\"\ncost = 700\n").count(), 2, "{text}");
+    // A list price stays one.
+    let listed = text.replace("model = \"d455\"\ncost = 700\n", "model = \"d455\"\ncost = \"list\"\n");
+    let third = edited(&listed, &cell(), &[add(None)]);
+    assert_eq!(third.matches("model = \"d455\"\ncost = \"list\"\n").count(), 3, "{third}");
     let mut known = cell();
     known.models[0].cost = Some(99.5);
     assert!(edited(&study, &known, &[add(None)]).contains("model = \"d455\"\ncost = 99.5\n"));
@@ -377,4 +381,31 @@ fn edits_are_read_from_json() {
     let shape = ShapeEdit::Sphere { center_m: [0.0; 3], radius_m: 1.0 };
     assert_eq!(ball.edit, Edit::SetBox { table: BoxTable::Region, name: "a".into(), shape });
     assert_eq!(read(r#"{"edit": "set_budget", "budget": null}"#).edit, Edit::SetBudget { budget: None });
+}
+
+/// Devices of the study's own catalogue come before those that ship, with their costs.
+#[test]
+fn own_devices_can_be_added() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = root().join("scenes");
+    std::fs::create_dir(folder.path().join("tiny")).unwrap();
+    std::fs::copy(root.join("tiny/cell.toml"), folder.path().join("tiny/cell.toml")).unwrap();
+    let ours = "[[model]]\nname = \"ours\"\n[model.keys]\nkind = \"lidar\"\nfov_deg = [360, 20]\nresolution_deg = 4\n\
+                range_m = [0.1, 5]\ncost = 380\n";
+    std::fs::write(folder.path().join("ours.toml"), ours).unwrap();
+    let text = std::fs::read_to_string(root.join("tiny.toml")).unwrap();
+    let text = format!("catalogue = \"ours.toml\"\n{text}");
+    let path = folder.path().join("study.toml");
+    std::fs::write(&path, &text).unwrap();
+    let study = Study::load(&path, &Overrides::default()).unwrap();
+    let known = Known::new(&study);
+    let first = &known.models[0];
+    assert_eq!((first.name.as_str(), first.stance, first.cost), ("ours", Stance::Upright, Some(380.0)));
+    assert_eq!(known.models[1..], Known::catalogue().models[..]);
+    let add =
+        Edit::Add { device: Device::Model("ours".into()), at: at([0.0, 0.0, 1.0], 0.0, 0.0), cost: None };
+    let edited = edited(&text, &known, &[add]);
+    assert!(edited.contains("model = \"ours\"\ncost = 380\n"), "{edited}");
+    let found = load(&path, &edited);
+    assert_eq!(found.sensors.last().unwrap().kind.name(), "lidar");
 }

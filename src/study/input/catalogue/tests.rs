@@ -16,7 +16,7 @@ fn place() -> Place<'static> {
 
 fn resolve_keys(keys: &str) -> Result<Table, String> {
     let mut keys: Table = toml::from_str(keys).unwrap();
-    resolve(&place(), &mut keys, &[]).map_err(|e| e.to_string())?;
+    resolve(&place(), &mut keys, &[], None).map_err(|e| e.to_string())?;
     Ok(keys)
 }
 
@@ -47,6 +47,7 @@ fn every_device_is_a_sensor_with_a_source() {
                 poses: 0,
                 sources: &Sources::from_main(Path::new(STUDY)),
                 models: &[],
+                currency: None,
                 scenes: &[],
                 has_all_scenes: true,
                 surfaces: &Surfaces::default(),
@@ -106,6 +107,7 @@ fn known_devices_have_known_rays() {
             poses: 0,
             sources: &sources,
             models: &[],
+            currency: None,
             scenes: &[],
             has_all_scenes: true,
             surfaces: &Surfaces::default(),

@@ -36,6 +36,7 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
         interior,
         optical: entry.optical.unwrap_or(Optical::Opaque),
         reflectance: reflectance(at, entry.reflectance)?,
+        specular: entry.surface,
         shade: 0,
         person_shade: 0,
         tag_only: entry.tag_only,

@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod schema;
 
+use std::cell::Cell;
+
 use serde::Deserialize;
 use toml::{Table, Value};
 
@@ -32,7 +34,9 @@ struct CommonFile {
     on: Option<MountLink>,
     /// An earlier sensor whose poses it has, too.
     same_poses_as: Option<String>,
-    /// What one of them costs, in any currency, for `perirobot choose`.
+    /// What one of them costs, in any currency, for `perirobot choose`. "list" takes the list price of its model, to be
+    /// checked, if the catalogue has one in the `currency` of the study.
+    #[cfg_attr(test, schemars(schema_with = "schema::cost"))]
     cost: Option<f64>,
     /// How many of them a set of `perirobot choose` may have. Default as many as the set may have sensors.
     at_most: Option<u32>,
@@ -63,6 +67,8 @@ pub(super) struct SensorContext<'a> {
     pub(super) sources: &'a Sources,
     /// The devices of the study's own catalogue.
     pub(super) models: &'a [DeviceModel],
+    /// The unit of the study's costs.
+    pub(super) currency: Option<&'a str>,
     /// The study's scenes that could be read, and whether those are all.
     pub(super) scenes: &'a [SceneSpec],
     pub(super) has_all_scenes: bool,
@@ -91,8 +97,8 @@ impl SensorContext<'_> {
 pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Result<Sensor, Vec<Error>> {
     let name = keys.get("name").and_then(|name| name.as_str());
     let at = &at.key(&name.map_or(format!("sensor[{}]", context.index), |name| format!("sensor {name:?}")));
-    let FromModel { contradictions, thinned } =
-        catalogue::resolve(at, &mut keys, context.models).map_err(|e| vec![e])?;
+    let FromModel { contradictions, thinned, list_price, resolutions_mm } =
+        catalogue::resolve(at, &mut keys, context.models, context.currency).map_err(|e| vec![e])?;
     let mut common = Table::new();
     for key in COMMON_KEYS {
         common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
@@ -124,9 +130,38 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
         noise,
         thinned,
         terms,
+        list_price,
+        resolutions_mm,
         emits,
         warnings,
     })
+}
+
+/// Checks the keys of a device without a name and poses. Keys that are missing are no error: a study may write them.
+pub(super) fn check_device(at: &Place, mut keys: Table, context: &SensorContext) -> Result<()> {
+    let mut common = Table::from_iter([("name".to_string(), Value::from("device"))]);
+    for key in COMMON_KEYS {
+        common.extend(keys.remove(key).map(|value| (key.to_string(), value)));
+    }
+    // A curtain may leave its zone to the study.
+    if common.get("kind").and_then(Value::as_str) == Some("gate") {
+        let corners = [("min_m", 0.0), ("max_m", 1.0)].map(|(key, m)| (key.to_string(), vec![m; 3].into()));
+        keys.entry("zone").or_insert_with(|| Table::from_iter(corners).into());
+    }
+    let common: CommonFile = read(common).map_err(|e| context.unreadable(at, &e, ""))?;
+    let is_incomplete = Cell::new(false);
+    let unreadable = |e: Unreadable| {
+        is_incomplete.set(matches!(e.kind, Unread::Missing(_)));
+        context.unreadable(at, &e, "")
+    };
+    match read_kind(at, common.kind, keys, context, &unreadable) {
+        Err(_) if is_incomplete.get() => Ok(()),
+        Err(problem) => Err(problem),
+        Ok(Checked { kind, .. }) => {
+            terms(at, &common)?;
+            emits(at, common.emits, &*kind).map(|_| ())
+        }
+    }
 }
 
 /// What one of them costs, and how many a set may have.
@@ -162,7 +197,6 @@ fn emits(at: &Place, said: Option<String>, kind: &dyn Kind) -> Result<Option<Str
 /// The sensor that the keys of its kind describe, with warnings.
 fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorContext) -> Result<Checked> {
     let mut warnings = odd_lengths(&keys);
-    let &SensorContext { noiseless, sources, scenes, has_all_scenes, .. } = context;
     let unreadable = |e: Unreadable| {
         let more = match e.kind {
             Unread::UnknownKey(..) => format!(" (and {} with every sensor)", COMMON_KEYS.join(", ")),
@@ -170,10 +204,20 @@ fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorConte
         };
         context.unreadable(at, &e, &more)
     };
-    let checked =
-        (kind.read)(at, keys, &kinds::Context { noiseless, sources, scenes, has_all_scenes }, &unreadable)?;
+    let checked = read_kind(at, kind, keys, context, &unreadable)?;
     warnings.extend(checked.warnings);
     Ok(Checked { warnings, ..checked })
+}
+
+fn read_kind(
+    at: &Place,
+    kind: &KindEntry,
+    keys: Table,
+    context: &SensorContext,
+    unreadable: &dyn Fn(Unreadable) -> Error,
+) -> Result<Checked> {
+    let &SensorContext { noiseless, sources, scenes, has_all_scenes, .. } = context;
+    (kind.read)(at, keys, &kinds::Context { noiseless, sources, scenes, has_all_scenes }, unreadable)
 }
 
 /// Where candidates may come from besides the sensor's own poses.

@@ -30,6 +30,11 @@ impl JsonSchema for AnySensor {
     }
 }
 
+/// An amount of money, or the list price.
+pub(super) fn cost(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "anyOf": [{ "type": "number" }, { "const": "list" }] })
+}
+
 fn kind_schema(kind: &str, own: &Schema, common: &Schema) -> Value {
     let keys = |schema: &Schema| schema.get("properties").and_then(Value::as_object).cloned();
     let mut properties: Map<String, Value> = keys(common).unwrap_or_default();

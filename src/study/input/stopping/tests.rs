@@ -37,6 +37,7 @@ fn facing(name: &str, keys: &str, heights_m: &str, facing: &str) -> Sensor {
         poses: 0,
         sources: &sources,
         models: &[],
+        currency: None,
         scenes: &[],
         has_all_scenes: true,
         surfaces: &Surfaces::default(),

@@ -25,6 +25,7 @@ use crate::diagnostics::Place;
 use crate::keys::{OneOrTwo, exactly, exactly_if_given};
 use crate::sensor::contour::Scanner;
 use crate::sensor::range::Range;
+use crate::sensor::spacing::RaySpacing;
 use crate::sensor::{
     Approached, Claim, Extent, FieldOfView, Kind, MAX_RAYS, MEASURES, RayScale, SWITCHES, Stance, Station,
     look, placement, quantise_q15, switch_planes, watch,
@@ -264,6 +265,10 @@ impl Kind for Lidar {
 
     fn field_of_view(&self) -> FieldOfView {
         FieldOfView::from_rings(&self.azimuths_rad, &self.elevations_rad)
+    }
+
+    fn spacing(&self) -> Option<RaySpacing> {
+        Some(RaySpacing::from_rings(&self.azimuths_rad, &self.elevations_rad))
     }
 
     fn frame(&self, pose: &Pose) -> DMat3 {

@@ -16,6 +16,7 @@ use crate::diagnostics::Place;
 use crate::keys::exactly;
 use crate::sensor::keypoints::{self, BONES, Detected, KeypointCamera};
 use crate::sensor::range::{Along, Range};
+use crate::sensor::spacing::RaySpacing;
 use crate::sensor::{Camera, Claim, FieldOfView, Kind, MEASURES, RayScale, Station};
 use perirobot_march::Result;
 use perirobot_march::backend::{Planes, Rays};
@@ -237,6 +238,10 @@ impl Kind for Rgbd {
 
     fn field_of_view(&self) -> FieldOfView {
         FieldOfView::Image(self.camera.image())
+    }
+
+    fn spacing(&self) -> Option<RaySpacing> {
+        Some(RaySpacing::from_image(&self.camera.image()))
     }
 
     fn range(&self) -> Option<&Range> {

@@ -154,7 +154,8 @@ fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) 
         (None, Some(_)) => "of all sensors".into(),
         (None, None) => "of all sensors, in the study’s currency".into(),
     };
-    BigNumber { name, value: sum.to_text(currency), meaning, notes: Vec::new() }
+    let notes = sweep.study.describe_list_prices().into_iter().collect();
+    BigNumber { name, value: sum.to_text(currency), meaning, notes }
 }
 
 #[cfg(test)]
