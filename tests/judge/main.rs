@@ -11,6 +11,7 @@ mod json;
 mod latch;
 mod near;
 mod postures;
+mod radar;
 mod speed;
 mod verdicts;
 mod what_if;

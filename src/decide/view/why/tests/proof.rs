@@ -282,9 +282,15 @@ pub(crate) fn random_scene(random: &mut CaseRandom) -> String {
             random.pick(&["", "", "interior = \"occupied\"", "optical = \"see_through\"", "tag_only = true"]);
         let [x, y, z] = [(); 3].map(|()| random.number_between(0.05, 0.7));
         scene += &format!(
-            "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{x}, {y}, {z}] }}\nposition_m = {}\n{more}\n{}\n",
+            "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{x}, {y}, {z}] }}\nposition_m = {}\n{more}\n{}\n{}\n",
             random.place(),
-            random.pick(&["", "reflectance = 0.05", "reflectance = 0.5"])
+            random.pick(&["", "reflectance = 0.05", "reflectance = 0.5"]),
+            random.pick(&[
+                "",
+                "radar = \"passes\"",
+                "radar = \"passes\"\nspeed_m_s = 0.4",
+                "speed_m_s = 0.02"
+            ]),
         );
     }
     if random.number_below(3) > 0 {
@@ -295,14 +301,15 @@ pub(crate) fn random_scene(random: &mut CaseRandom) -> String {
         [("human", "radius_m = 0.15, height_m = 1.2"), ("robot", "radius_m = 0.1, height_m = 0.7")]
     {
         scene += &format!(
-            "[[object]]\nname = \"{role}\"\nrole = \"{role}\"\ncylinder = {{ {shape} }}\nposition_m = {}\n",
-            random.place()
+            "[[object]]\nname = \"{role}\"\nrole = \"{role}\"\ncylinder = {{ {shape} }}\nposition_m = {}\nspeed_m_s = {}\n",
+            random.place(),
+            random.pick(&["0", "0.05", "1.6"]),
         );
     }
     scene
 }
 
-/// A camera, a LIDAR, a table of rays, a gate, a cover and the robot's pose, alone and together.
+/// A camera, a LIDAR, a table of rays, a gate, a cover, the robot's pose and a radar, alone and together.
 pub(crate) fn random_study(random: &mut CaseRandom) -> String {
     let mut study = format!(
         "seed = {}\n[grid]\nvoxel_size_m = {}\noutside = \"{}\"\n\
@@ -373,6 +380,9 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
          zone = {{ min_m = [-0.6, -0.5, 0.2], max_m = [0.6, 1, 1.2] }}\notherwise = \"{}\"\n{}\n\
          [[sensor]]\nname = \"cover\"\nkind = \"cover\"\ninflation_m = [{}]\nnoise = {{ std_m = {} }}\n\
          [[sensor]]\nname = \"robot\"\nkind = \"known_robot\"\n\
+         [[sensor]]\nname = \"radar\"\nkind = \"radar\"\nfov_deg = [{}, {}]\nrange_m = [{}, {}]\nmin_speed_m_s = {}\n\
+         otherwise = \"{}\"\n[[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = {}, rpy_deg = [{}, {}, {}] }}]\n\
+         [[combination]]\nsensors = [\"radar\"]\n[[combination]]\nsensors = [\"radar\", \"ring\", \"gate\"]\n\
          [[combination]]\nsensors = [\"camera\"]\n[[combination]]\nsensors = [\"lidar\"]\n[[combination]]\nsensors = [\"ring\"]\n\
          [[combination]]\nsensors = [\"gate\", \"lidar\", \"camera\"]\n\
          [[combination]]\nsensors = [\"cover\", \"robot\"]\n\
@@ -381,6 +391,16 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
             random.pick(&["", "", "muted_at = [0]"]),
             random.number_between(0.1, 0.5),
             random.pick(&["0", "0.1"]),
+            random.number_between(5.0, 180.0),
+            random.number_between(5.0, 90.0),
+            random.pick(&["0", "0", "0.3"]),
+            random.number_between(0.6, 3.0),
+            random.pick(&["0", "0.05", "0.5"]),
+            random.pick(&["unknown", "free"]),
+            random.place(),
+            random.number_between(-180.0, 180.0),
+            random.number_between(-90.0, 90.0),
+            random.number_between(-180.0, 180.0),
         )
 }
 
