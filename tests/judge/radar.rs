@@ -1,6 +1,6 @@
 //! A radar behind a plastic cover in front of a robot: who moves is detected, who stands still is not.
 
-use std::fs;
+use std::path::PathBuf;
 
 use crate::common::program::{Folder, perirobot, refused, rows, text};
 
@@ -67,12 +67,25 @@ fn folder(edits: &[(&str, &str, &str)]) -> Folder {
     folder
 }
 
-/// Whether the person is detected, by `judge`.
-fn is_detected(edits: &[(&str, &str, &str)]) -> bool {
+/// Its only pose.
+const POSE: &str = "radar:post/left";
+
+/// A study with these edits, and the folder of its sweep.
+fn swept(edits: &[(&str, &str, &str)]) -> (Folder, PathBuf) {
     let folder = folder(edits);
-    let (study, out) = (folder.path("study.toml"), folder.path("out"));
-    let outcome = perirobot(&["judge", text(&study), "--pose", "left", "--out", text(&out)]);
-    assert!(matches!(outcome.code, Some(0 | 4)), "{}\\n{}", outcome.stderr, outcome.stdout);
+    let out = folder.path("out");
+    let outcome =
+        perirobot(&["sweep", text(&folder.path("study.toml")), "--backend", "cpu", "--out", text(&out)]);
+    assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+    (folder, out)
+}
+
+/// Whether the person is detected, by `judge`.
+#[track_caller]
+fn is_detected(edits: &[(&str, &str, &str)]) -> bool {
+    let (_folder, out) = swept(edits);
+    let outcome = perirobot(&["judge", text(&out), "--pose", POSE]);
+    assert!(matches!(outcome.code, Some(0 | 4)), "{}", outcome.stderr);
     outcome.code == Some(0)
 }
 
@@ -112,30 +125,29 @@ fn speeds_come_from_walks_and_lists() {
 
 #[test]
 fn bodies_that_come_are_detected_where_the_field_is() {
-    let distance = |edits: &[(&str, &str, &str)]| {
+    let row = |edits: &[(&str, &str, &str)]| {
         let folder = folder(edits);
         let (study, out) = (folder.path("study.toml"), folder.path("out"));
-        let outcome = perirobot(&["approach", text(&study), "--pose", "left", "--out", text(&out)]);
+        let outcome = perirobot(&["approach", text(&study), "--pose", POSE, "--out", text(&out)]);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-        let rows = rows(&out.join("approach.csv"));
-        let row = rows.iter().find(|row| row["people"] == "absent").unwrap();
-        row["noticed_m"].parse::<f64>().unwrap()
+        let row = rows(&out.join("approach.csv")).into_iter().find(|row| row["people"] == "absent").unwrap();
+        (row["at_entry"].clone(), row["deepest_m"].parse::<f64>().ok())
     };
-    let near = distance(&[("study.toml", "range_m = [0, 4]", "range_m = [0, 1.5]")]);
-    let (far, opaque) = (distance(&[]), distance(&[("cell.toml", "radar = \"passes\"\n", "")]));
-    assert!(opaque < near && near < far, "{opaque} {near} {far}");
+    assert_eq!(row(&[]), ("noticed".into(), None), "its field reaches the entry");
+    let short = row(&[("study.toml", "range_m = [0, 4]", "range_m = [0, 1.5]")]);
+    let opaque = row(&[("cell.toml", "radar = \"passes\"\n", "")]);
+    for (at_entry, deepest_m) in [short, opaque] {
+        assert!(at_entry == "open" && deepest_m.unwrap() < 1.0, "{at_entry} {deepest_m:?}");
+    }
 }
 
 /// People who stand around are labelled free by a radar that does not detect them, or not labelled.
 #[test]
 fn who_stands_still_is_a_false_negative() {
     let counts = |edits: &[(&str, &str, &str)]| {
-        let folder = folder(edits);
-        let (study, out) = (folder.path("study.toml"), folder.path("out"));
-        let outcome = perirobot(&["sweep", text(&study), "--backend", "cpu", "--out", text(&out)]);
-        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let (_folder, out) = swept(edits);
         let row = rows(&out.join("results.csv")).remove(0);
-        ["human_tp", "human_fn", "human_uo"].map(|key| row[key].parse::<u64>().unwrap())
+        ["tp_human", "fn_human", "uo_human"].map(|key| row[key].parse::<u64>().unwrap())
     };
     let [moving, still, unknown] = [
         counts(&[]),
@@ -263,22 +275,21 @@ fn check_reports_what_a_radar_cannot_do() {
 /// The other commands take a radar like any sensor.
 #[test]
 fn reasons_renders_reports_and_exports_have_it() {
-    let folder = folder(&[]);
-    let (study, out) = (folder.path("study.toml"), folder.path("out"));
-    let swept = perirobot(&["sweep", text(&study), "--backend", "cpu", "--out", text(&out)]);
-    assert_eq!(swept.code, Some(0), "{}", swept.stderr);
+    let (folder, out) = swept(&[("study.toml", "kind = \"radar\"", "kind = \"radar\"\ncost = 100")]);
+    let study = folder.path("study.toml");
+    let [picture, view, chosen] = ["view.png", "view", "chosen"].map(|name| folder.path(name));
     for command in [
-        vec!["why", text(&study), "--pose", "left", "--out", text(&folder.path("why"))],
-        vec!["render", text(&study), "--pose", "left", "--out", text(&folder.path("view.png"))],
-        vec!["export", text(&study), "--pose", "left", "--out", text(&folder.path("view"))],
+        vec!["why", text(&out), "--pose", POSE],
+        vec!["render", text(&study), "--pose", POSE, "--out", text(&picture)],
+        vec!["export", text(&out), "--pose", POSE, "--out", text(&view)],
         vec!["report", text(&out)],
-        vec!["choose", text(&study), "--size", "1", "--out", text(&folder.path("chosen"))],
+        vec!["choose", text(&study), "--out", text(&chosen)],
+        vec!["report", text(&chosen)],
         vec!["verify-backends", text(&study)],
     ] {
         let outcome = perirobot(&command);
-        assert!(!outcome.stderr.contains("panicked"), "{command:?}\n{}", outcome.stderr);
         assert_eq!(outcome.code, Some(0), "{command:?}\n{}", outcome.stderr);
     }
-    let reasons = fs::read_to_string(folder.path("why").join("reasons.csv")).unwrap();
+    let reasons = perirobot(&["why", text(&out), "--pose", POSE]).stdout;
     assert!(reasons.contains("out_of_view"), "{reasons}");
 }
