@@ -12,6 +12,7 @@ mod json;
 mod latch;
 mod near;
 mod postures;
+mod radar;
 mod speed;
 mod verdicts;
 mod what_if;

@@ -238,6 +238,8 @@ fn person(scene: &SceneSpec, posture: &Posture, person_shade: u8) -> ObjectSpec 
         role: Role::Human,
         interior: scene.interior,
         optical: Optical::Opaque,
+        radar: Default::default(),
+        speed_m_s: Some(posture.speed_m_s),
         reflectance: None,
         specular: None,
         shade: person_shade,

@@ -6,7 +6,7 @@ use serde::Serialize;
 use perirobot_scene::pose::Pose;
 use perirobot_study::input::Study;
 use perirobot_study::sensor::prism::Prism;
-use perirobot_study::sensor::{Sensor, Setting};
+use perirobot_study::sensor::{FieldOfView, Sensor, Setting};
 
 /// Drawn rays of a sensor other than a camera.
 const RAYS_SHOWN: usize = 48;
@@ -47,11 +47,11 @@ pub struct RaysData {
 }
 
 impl RaysData {
-    /// The rays of a sensor; `None` if it casts none.
+    /// The rays of a sensor; `None` if it has neither a table of rays nor a field like that of a radar.
     pub fn new(study: &Study, sensor: &Sensor) -> Option<RaysData> {
         let scale = study.ray_scale();
-        let rays = sensor.kind.rays(&scale)?;
         let link_from_rays: DMat3 = sensor.kind.frame(&Pose::ORIGIN);
+        let Some(rays) = sensor.kind.rays(&scale) else { return RaysData::of_field(sensor, link_from_rays) };
         let metres = |q16: u32| f64::from(q16) / 65536.0 * study.voxel_size_m;
         let last = rays.dirs_q15.len().checked_sub(1)?;
         let shown: Vec<usize> = match &rays.image {
@@ -64,8 +64,8 @@ impl RaysData {
             }
         };
         let direction = |&ray: &usize| {
-            let along = glam::DVec3::from_array(rays.dirs_q15[ray].map(f64::from)).normalize();
-            (link_from_rays * along).to_array().map(|x| (x * 1e6).round() / 1e6)
+            let along = DVec3::from_array(rays.dirs_q15[ray].map(f64::from)).normalize();
+            rounded(link_from_rays * along)
         };
         Some(RaysData {
             directions: shown.iter().map(direction).collect(),
@@ -73,6 +73,21 @@ impl RaysData {
             is_picture: rays.image.is_some(),
         })
     }
+
+    /// Of a sensor that keeps its rays to itself, evenly over its field of view.
+    fn of_field(sensor: &Sensor, link_from_rays: DMat3) -> Option<RaysData> {
+        let field =
+            Some(sensor.kind.field_of_view()).filter(|field| matches!(field, FieldOfView::Turn { .. }))?;
+        let [_, farthest_m] = sensor.kind.range()?.range_m;
+        let directions: Vec<_> =
+            field.some(RAYS_SHOWN).into_iter().map(|along| rounded(link_from_rays * along)).collect();
+        Some(RaysData { reach_m: vec![farthest_m; directions.len()], directions, is_picture: false })
+    }
+}
+
+/// A direction as pages have it.
+fn rounded(direction: DVec3) -> [f64; 3] {
+    direction.to_array().map(|x| (x * 1e6).round() / 1e6)
 }
 
 /// The corners of the ground below each zone that a sensor watches, in its own frame.

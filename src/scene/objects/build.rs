@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::loaded::SceneFiles;
 use super::spec::{ObjectSpec, SceneSpec};
-use super::{Object, Scene, moving};
+use super::{Object, Scene, moving, speed};
 use crate::source::Sources;
 use perirobot_march::{Error, Result};
 
@@ -43,7 +43,12 @@ pub fn build_or_all(
 /// The snapshots of a scene with all objects that can be read, and what is wrong with the others.
 fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scene>, Vec<Error>) {
     let mut scenes: Vec<Scene> = (0..spec.snapshots)
-        .map(|snapshot| Scene { name: spec.name.clone(), snapshot, objects: Vec::new() })
+        .map(|snapshot| Scene {
+            name: spec.name.clone(),
+            snapshot,
+            objects: Vec::new(),
+            speeds_mm_s: Vec::new(),
+        })
         .collect();
     let (mut files, mut problems) = (SceneFiles::new(sources), Vec::new());
     // The parts of each object in each snapshot, by its place in the file.
@@ -69,9 +74,14 @@ fn read_all(spec: &SceneSpec, sources: &Sources, voxel_size_m: f64) -> (Vec<Scen
             }
         }
     }
+    let of_object =
+        |(object, moments): (&ObjectSpec, &Vec<_>)| speed::speeds_mm_s(object, &spec.objects, moments);
+    let speeds: Vec<_> = spec.objects.iter().zip(&moments).map(of_object).collect();
     for (snapshot, scene) in scenes.iter_mut().enumerate() {
         let parts = moments.iter_mut().filter_map(|moments| moments.get_mut(snapshot));
         scene.objects = parts.flat_map(std::mem::take).collect();
+        scene.speeds_mm_s =
+            speeds.iter().filter_map(|speeds| speeds.get(snapshot)).flatten().copied().collect();
     }
     (scenes, problems)
 }
@@ -105,7 +115,7 @@ mod tests {
     use crate::objects::keypoints::{JointLayout, KeypointFile};
     use crate::objects::mesh_file::{MeshFile, MeshFormat};
     use crate::objects::spec::{ObjectSpec, PersonFile, SurfaceSpec};
-    use crate::objects::{Interior, Optical, Role, Surface, Up};
+    use crate::objects::{Interior, Optical, RadarOptics, Role, Surface, Up};
 
     fn object(name: &str, surface: SurfaceSpec) -> ObjectSpec {
         ObjectSpec {
@@ -113,6 +123,8 @@ mod tests {
             role: Role::Robot,
             interior: Interior::Occupied,
             optical: Optical::SeeThrough,
+            radar: RadarOptics::Stops,
+            speed_m_s: None,
             reflectance: None,
             specular: None,
             shade: 0,

@@ -117,7 +117,7 @@ impl ObjectSpec {
 mod tests {
     use super::*;
     use crate::objects::spec::MotionSpec;
-    use crate::objects::{Interior, Optical, Role};
+    use crate::objects::{Interior, Optical, RadarOptics, Role};
 
     fn object(surface: SurfaceSpec) -> ObjectSpec {
         ObjectSpec {
@@ -125,6 +125,8 @@ mod tests {
             role: Role::Environment,
             interior: Interior::Ignored,
             optical: Optical::Opaque,
+            radar: RadarOptics::Stops,
+            speed_m_s: None,
             reflectance: None,
             specular: None,
             shade: 0,

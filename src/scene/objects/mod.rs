@@ -15,6 +15,7 @@ pub mod primitive;
 pub mod sdf;
 pub mod sides;
 pub mod spec;
+pub mod speed;
 pub mod stl;
 pub mod urdf;
 
@@ -97,6 +98,18 @@ impl Specular {
     }
 }
 
+/// Whether a radar's ray stops at the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum RadarOptics {
+    /// Radar stops: metal, walls, people.
+    #[default]
+    Stops,
+    /// A plastic cover, a curtain, cardboard: it is there, and radar passes.
+    Passes,
+}
+
 /// Triangles in metres, z up.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
@@ -142,6 +155,8 @@ pub struct Object {
     pub interior: Interior,
     /// Whether rays stop at it.
     pub optical: Optical,
+    /// Whether radar stops at it.
+    pub radar: RadarOptics,
     /// How dark it is: 0, or a number from 1, the darkest, to 3 ([`perirobot_march::backend::Shades`]).
     pub shade: u8,
     /// Gives its role to voxels without adding truth.
@@ -182,4 +197,6 @@ pub struct Scene {
     /// Objects in file order, the same ones in every snapshot of a scene. What does not move from one snapshot to
     /// another is one allocation in both, so that it is voxelized once.
     pub objects: Vec<Arc<Object>>,
+    /// How fast each object moves at this moment, in millimetres a second; `None`, or no entry, where that is unknown.
+    pub speeds_mm_s: Vec<Option<u32>>,
 }

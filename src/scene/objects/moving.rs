@@ -32,7 +32,8 @@ pub(super) fn moments(
             Some(on) => own_pose.carried_by(&scene.carrier(on).map_err(|issue| issue.with_place("on"))?),
             None => own_pose,
         };
-        let own = ObjectSpec { on: None, rotation: DQuat::IDENTITY, position_m: DVec3::ZERO, ..now };
+        let (rotation, position_m) = (DQuat::IDENTITY, DVec3::ZERO);
+        let own = ObjectSpec { on: None, rotation, position_m, speed_m_s: None, ..now };
         let shape = match shapes.iter().position(|(spec, _)| *spec == own) {
             Some(shape) => shape,
             None => {
@@ -130,7 +131,7 @@ fn time_warnings(object: &ObjectSpec, files: &mut SceneFiles) -> Result<Vec<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::objects::{Interior, Optical, Role};
+    use crate::objects::{Interior, Optical, RadarOptics, Role};
     use crate::source::Sources;
 
     /// A box of 10 cm that is at each of these places.
@@ -140,6 +141,8 @@ mod tests {
             role: Role::Environment,
             interior: Interior::Ignored,
             optical: Optical::Opaque,
+            radar: RadarOptics::Stops,
+            speed_m_s: None,
             reflectance: None,
             specular: None,
             shade: 0,
@@ -160,7 +163,8 @@ mod tests {
     }
 
     fn empty(snapshots: usize) -> Vec<Scene> {
-        let scene = |snapshot| Scene { name: "cell".into(), snapshot, objects: Vec::new() };
+        let scene =
+            |snapshot| Scene { name: "cell".into(), snapshot, objects: Vec::new(), speeds_mm_s: Vec::new() };
         (0..snapshots).map(scene).collect()
     }
 

@@ -143,11 +143,12 @@ fn split_by_rules(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<O
         let rest = Surface::Mesh(rest);
         objects.push(part(object, object.name.clone(), object.role, object.optical, rest));
     }
-    for (NodeRule { r#match, role, optical, ignore }, mesh) in object.nodes.iter().zip(parts) {
+    for (NodeRule { r#match, role, optical, radar, ignore }, mesh) in object.nodes.iter().zip(parts) {
         if !ignore {
             let name = format!("{}/{match}", object.name);
             let (role, optical) = (role.unwrap_or(object.role), optical.unwrap_or(object.optical));
-            objects.push(part(object, name, role, optical, Surface::Mesh(mesh)));
+            let part = part(object, name, role, optical, Surface::Mesh(mesh));
+            objects.push(Object { radar: radar.unwrap_or(part.radar), ..part });
         }
     }
     Ok(())
@@ -159,6 +160,7 @@ fn part(spec: &ObjectSpec, name: String, role: Role, optical: Optical, surface: 
         role,
         interior: spec.interior,
         optical,
+        radar: spec.radar,
         shade: if role == Role::Human { spec.person_shade } else { spec.shade },
         tag_only: spec.tag_only,
         takes_unit: spec.surface.takes_unit(),

@@ -13,7 +13,7 @@ use super::keypoints::KeypointFile;
 use super::mesh_file::{MeshFile, MeshFormat};
 use super::sdf::SdfFile;
 use super::urdf::{GeometryUse, JointValues, Packages};
-use super::{Interior, ObjectCarrier, Optical, Role, Specular};
+use super::{Interior, ObjectCarrier, Optical, RadarOptics, Role, Specular};
 
 /// A checked scene: what to load and where to put it.
 #[derive(Clone, Debug)]
@@ -58,6 +58,10 @@ pub struct ObjectSpec {
     pub interior: Interior,
     /// Whether rays stop at it.
     pub optical: Optical,
+    /// Whether radar stops at it.
+    pub radar: RadarOptics,
+    /// How fast it moves, in metres a second, if the file contains that.
+    pub speed_m_s: Option<f64>,
     /// The share of light that it reflects, if the file says so.
     pub reflectance: Option<f64>,
     /// What its surface does to light, if the file says so. No count depends on it.
@@ -198,6 +202,8 @@ pub struct NodeRule {
     pub role: Option<Role>,
     /// Another optical kind than the object's.
     pub optical: Option<Optical>,
+    /// Another kind for radar than the object's.
+    pub radar: Option<RadarOptics>,
     /// Leaves the parts out.
     #[serde(default)]
     pub ignore: bool,
@@ -244,6 +250,8 @@ pub struct MotionSpec {
     pub times_s: Vec<f64>,
     /// How long each entry lasts, in seconds.
     pub dwell_s: Vec<f64>,
+    /// How fast the object moves, instead of its own speed.
+    pub speed_m_s: Vec<f64>,
     /// Whether the lists repeat until the scene's snapshots are through.
     pub cycle: bool,
     /// Whether every entry is met with every snapshot of the rest of the scene; the lists are written out.
@@ -262,6 +270,7 @@ impl MotionSpec {
             ("joints_deg or joints_m", self.joints.len()),
             ("animation.times_s", self.times_s.len()),
             ("dwell_s", self.dwell_s.len()),
+            ("speed_m_s", self.speed_m_s.len()),
         ];
         all.into_iter().filter(|(_, length)| *length > 0).collect()
     }
@@ -306,6 +315,7 @@ impl ObjectSpec {
             rotation: pick(&motion.rotation, snapshot).unwrap_or(self.rotation),
             surface,
             keypoints: pick(&motion.keypoints, snapshot).or_else(|| self.keypoints.clone()),
+            speed_m_s: pick(&motion.speed_m_s, snapshot).or(self.speed_m_s),
             animated: time_s
                 .filter(|_| self.surface.gltf().is_some())
                 .map(|time_s| (motion.clip.clone(), time_s)),

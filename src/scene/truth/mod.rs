@@ -6,7 +6,7 @@ pub mod region;
 mod truths;
 pub mod voxelize;
 
-pub use objects::{ObjectVoxels, RobotReach, Truth};
+pub use objects::{ObjectVoxels, RadarTruth, RobotReach, Truth};
 pub use people::people;
 pub use region::{Region, RegionShape, SafetyPlane};
 pub use truths::{Snapshots, voxelize_all};

@@ -20,6 +20,8 @@ pub struct Truth {
     /// What stops rays: `occupied` less see-through objects; over the whole grid. The same allocation where
     /// there are none.
     pub blockers: Arc<BitGrid>,
+    /// What a radar meets.
+    pub radar: RadarTruth,
     /// How dark the blockers are, if sensors do not detect all of them equally far; over the whole grid.
     pub shades: Option<Arc<Shades>>,
     /// Insides of bodies that belong to no region. This and what follows covers the part of the grid that
@@ -35,6 +37,16 @@ pub struct Truth {
     pub objects: Vec<Arc<ObjectVoxels>>,
 }
 
+/// What a radar meets in a scene.
+#[derive(Clone, Debug)]
+pub struct RadarTruth {
+    /// What stops its rays: `occupied` less objects that radar passes; over the whole grid. The same allocation as
+    /// `occupied` where there are none.
+    pub blockers: Arc<BitGrid>,
+    /// How fast each object moves, in millimetres a second; `None`, or no entry, where that is unknown.
+    pub speeds_mm_s: Vec<Option<u32>>,
+}
+
 /// What one object became.
 #[derive(Clone, Debug)]
 pub struct ObjectVoxels {
@@ -44,6 +56,8 @@ pub struct ObjectVoxels {
     pub role: Role,
     /// Whether rays end on it: it is opaque, and more than a tag.
     pub stops_rays: bool,
+    /// Whether radar ends on it: it lets none pass, and is more than a tag.
+    pub stops_radar: bool,
     /// Triangles of its surface; none for an OctoMap.
     pub triangles: usize,
     /// Whether each edge of its surface is used equally often in both directions; `None` for an OctoMap.

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
 
-use super::Truth;
+use super::objects::{RadarTruth, Truth};
 use super::voxelize::{VoxelizedObject, body, bounds_m, distinct_objects};
 use crate::objects::{Object, Role, Scene};
 use perirobot_march::Result;
@@ -27,6 +27,8 @@ pub struct Snapshots {
     bodies: Vec<VoxelizedObject>,
     /// For each snapshot, the body of each of its objects.
     placed: Vec<Vec<usize>>,
+    /// For each snapshot, how fast each of its objects moves, in millimetres a second.
+    speeds_mm_s: Vec<Vec<Option<u32>>>,
     /// How many truths are kept: those that were asked for last.
     most_kept: usize,
     kept: Mutex<VecDeque<(usize, Arc<Truth>)>>,
@@ -52,7 +54,9 @@ impl Snapshots {
         let placed =
             |scene: &Scene| scene.objects.iter().map(|object| numbers[&Arc::as_ptr(object)]).collect();
         let placed = scenes.iter().map(placed).collect();
-        Ok(Snapshots { grid, bodies, placed, most_kept, kept: Mutex::default(), swept: Default::default() })
+        let speeds_mm_s = scenes.iter().map(|scene| scene.speeds_mm_s.clone()).collect();
+        let (kept, swept) = Default::default();
+        Ok(Snapshots { grid, bodies, placed, speeds_mm_s, most_kept, kept, swept })
     }
 
     /// How many there are.
@@ -69,9 +73,7 @@ impl Snapshots {
         if let Some(truth) = known(&kept()) {
             return truth;
         }
-        let bodies: Vec<&VoxelizedObject> =
-            self.placed[snapshot].iter().map(|&number| &self.bodies[number]).collect();
-        let truth = Arc::new(combine(&bodies, self.grid));
+        let truth = Arc::new(combine(&self.moving_bodies(snapshot).collect::<Vec<_>>(), self.grid));
         let mut kept = kept();
         // Another thread may have been asked for the same.
         if let Some(truth) = known(&kept) {
@@ -99,9 +101,14 @@ impl Snapshots {
 
     /// The truth of one of them if there were no objects of a role.
     pub fn truth_without(&self, snapshot: usize, role: Role) -> Truth {
-        let bodies = self.placed[snapshot].iter().map(|&number| &self.bodies[number]);
-        let bodies: Vec<_> = bodies.filter(|body| body.voxels.role != role).collect();
-        combine(&bodies, self.grid)
+        let bodies = self.moving_bodies(snapshot).filter(|(body, _)| body.voxels.role != role);
+        combine(&bodies.collect::<Vec<_>>(), self.grid)
+    }
+
+    /// The bodies of a snapshot, and how fast each moves.
+    fn moving_bodies(&self, snapshot: usize) -> impl Iterator<Item = (&VoxelizedObject, Option<u32>)> {
+        let speeds = self.speeds_mm_s[snapshot].iter().copied().chain(std::iter::repeat(None));
+        self.placed[snapshot].iter().map(|&number| &self.bodies[number]).zip(speeds)
     }
 }
 
@@ -158,12 +165,13 @@ fn free_bytes() -> Option<u64> {
     machine.into_iter().chain(group).min()
 }
 
-/// The truth of what these bodies are together.
-fn combine(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
+/// The truth of what these bodies are together, each with its speed.
+fn combine(moving: &[(&VoxelizedObject, Option<u32>)], grid: Grid) -> Truth {
+    let bodies: Vec<&VoxelizedObject> = moving.iter().map(|(body, _)| *body).collect();
     let blank = || BitGrid::new(grid.window());
     let (mut occupied, mut blockers, mut ignored) = (blank(), blank(), blank());
     let (mut human, mut robot, mut robot_volume) = (blank(), blank(), blank());
-    for VoxelizedObject { voxels, ignored: hidden, inside, is_there, .. } in bodies {
+    for VoxelizedObject { voxels, ignored: hidden, inside, is_there, .. } in &bodies {
         if *is_there {
             occupied.add(&voxels.voxels);
             if voxels.stops_rays {
@@ -188,8 +196,21 @@ fn combine(bodies: &[&VoxelizedObject], grid: Grid) -> Truth {
     let all_block = blockers == occupied;
     let occupied = Arc::new(occupied);
     let blockers = if all_block { occupied.clone() } else { Arc::new(blockers) };
-    let shades = shades(bodies, &grid).map(Arc::new);
-    Truth { grid, occupied, blockers, shades, ignored, human, robot, robot_volume, objects }
+    let shades = shades(&bodies, &grid).map(Arc::new);
+    let speeds_mm_s = moving.iter().map(|(_, speed)| *speed).collect();
+    let radar = RadarTruth { blockers: radar_blockers(&bodies, &occupied), speeds_mm_s };
+    Truth { grid, occupied, blockers, radar, shades, ignored, human, robot, robot_volume, objects }
+}
+
+/// What stops radar.
+fn radar_blockers(bodies: &[&VoxelizedObject], occupied: &Arc<BitGrid>) -> Arc<BitGrid> {
+    let there = || bodies.iter().filter(|body| body.is_there);
+    if there().all(|body| body.voxels.stops_radar) {
+        return occupied.clone();
+    }
+    let mut blockers = BitGrid::new(occupied.window());
+    there().filter(|body| body.voxels.stops_radar).for_each(|body| blockers.add(&body.voxels.voxels));
+    Arc::new(blockers)
 }
 
 /// How dark the voxels of these bodies are, if any is: where several share one, as the darkest of them.
@@ -228,6 +249,7 @@ mod tests {
             role: Role::Robot,
             interior: Interior::Ignored,
             optical: Optical::Opaque,
+            radar: Default::default(),
             shade: 0,
             tag_only: false,
             takes_unit: false,
@@ -246,6 +268,7 @@ mod tests {
             name: "walk".into(),
             snapshot,
             objects: vec![stands.clone(), object("walks", DVec3::new(0.1 * snapshot as f64, 1.5, 0.5))],
+            speeds_mm_s: vec![None, Some(snapshot as u32)],
         };
         let grid = Grid { voxel_size_m: 0.1, origin: [-2; 3], size: [64; 3] };
         ((0..snapshots).map(scene).collect(), grid)

@@ -11,7 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::objects::{ObjectVoxels, RobotReach, Truth};
-use crate::objects::{Interior, Mesh, Object, Optical, Role, Scene, Surface};
+use crate::objects::{Interior, Mesh, Object, Optical, RadarOptics, Role, Scene, Surface};
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::voxel::flood::{enclosed_voxels, flood, with_neighbours};
 use perirobot_march::voxel::grid::{FARTHEST_VOXEL, Grid, MAX_VOXELS_PER_AXIS, Window};
@@ -153,6 +153,7 @@ pub(super) fn body(object: &Object, grid: &Grid) -> Result<VoxelizedObject> {
         name: object.name.clone(),
         role: object.role,
         stops_rays: !object.tag_only && object.optical == Optical::Opaque,
+        stops_radar: !object.tag_only && object.radar == RadarOptics::Stops,
         triangles: lattice.triangles.len(),
         watertight,
         bounds_m,

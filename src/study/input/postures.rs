@@ -37,6 +37,8 @@ pub(super) struct PosturesFile {
     /// Where each of them stands: [x, y, yaw], in metres and degrees, at yaw 0 facing +x. The floor is that of
     /// `[approach]`: at height 0 unless floor_m is given, and the lowest surface with room for a person if floor = "auto".
     spots: Vec<PersonSpot>,
+    /// How fast they move, in metres a second, for radars. Default 0: they stand still.
+    speed_m_s: Option<f64>,
 }
 
 /// A name or a file, or what a file needs besides.
@@ -118,6 +120,8 @@ pub struct Posture {
     pub position_m: DVec3,
     /// How the person is turned.
     pub rotation: DQuat,
+    /// How fast the person moves, in metres a second.
+    pub speed_m_s: f64,
 }
 
 impl PosturesFile {
@@ -148,6 +152,8 @@ impl PosturesFile {
         };
         let spots: Vec<(usize, DVec3, DQuat)> =
             self.spots.iter().enumerate().map(spot).collect::<Result<_>>()?;
+        let speed_m_s = self.speed_m_s.unwrap_or(0.0);
+        at.number("speed_m_s", speed_m_s, 0.0..=100.0, "a speed in metres a second from 0 to 100")?;
         let at_each = |(name, person): &(String, SurfaceSpec)| {
             let posture = |&(spot, position_m, rotation): &(usize, DVec3, DQuat)| Posture {
                 name: format!("{name}/{spot}"),
@@ -155,6 +161,7 @@ impl PosturesFile {
                 spot,
                 position_m,
                 rotation,
+                speed_m_s,
             };
             spots.iter().map(posture).collect::<Vec<_>>()
         };

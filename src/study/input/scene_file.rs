@@ -18,7 +18,7 @@ use perirobot_march::{Error, Result};
 use perirobot_scene::objects::keypoints::JointLayout;
 use perirobot_scene::objects::spec::{NodeRule, SceneSpec};
 use perirobot_scene::objects::urdf::GeometryUse;
-use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, Role, Specular};
+use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, RadarOptics, Role, Specular};
 use perirobot_scene::pose::{Pose, RotationFrame, from_rpy};
 use perirobot_scene::source::Sources;
 pub(super) use surface::{mesh, unit_and_up_belong};
@@ -49,6 +49,11 @@ struct ObjectFile {
     interior: Option<Interior>,
     /// Whether rays stop at it. Default "opaque".
     optical: Option<Optical>,
+    /// Whether radar stops at it: "passes" for a plastic cover, a curtain or cardboard. Default "stops".
+    radar: Option<RadarOptics>,
+    /// How fast it moves, in metres a second, for radars: 0 for one who stands still. Default: the speed of its walk, that by
+    /// the times of its animation, that of the robot that carries it, else still; people need one where a radar looks.
+    speed_m_s: Option<f64>,
     /// The share of a sensor's light that it reflects, above 0 and up to 1, for sensors with reflectance_ranges_m: 0.05 is dark
     /// cloth. Default: every sensor detects it up to its longest range; people 0.018, the black test piece of safety scanners.
     reflectance: Option<f64>,

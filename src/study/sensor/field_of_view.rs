@@ -57,7 +57,7 @@ impl FieldOfView {
 
     /// At most so many unit directions in it (one at least), evenly spread; none where only the spacing of
     /// the rays is known.
-    pub(crate) fn some(&self, most: usize) -> Vec<DVec3> {
+    pub fn some(&self, most: usize) -> Vec<DVec3> {
         let grid = |columns: usize, rows: usize, towards: &dyn Fn(f64, f64) -> DVec3| {
             let middle = |i: usize, of: usize| (i as f64 + 0.5) / of as f64;
             let each =

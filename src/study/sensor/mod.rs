@@ -38,7 +38,7 @@ use perirobot_march::march;
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 pub use perirobot_scene::objects::MountLink;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::truth::Truth;
+use perirobot_scene::truth::{ObjectVoxels, Truth};
 pub use spread::PoseSpread;
 
 /// Most rays a sensor may cast at one pose: their directions, 12 bytes each, must fit one buffer of 128 MiB.
@@ -317,9 +317,24 @@ pub trait Kind: Debug + Send + Sync {
         BitGrid::nowhere()
     }
 
+    /// What stops its rays.
+    fn blockers<'t>(&self, truth: &'t Truth) -> &'t BitGrid {
+        &truth.blockers
+    }
+
+    /// Whether an object stops them.
+    fn is_stopped_by(&self, object: &ObjectVoxels) -> bool {
+        object.stops_rays
+    }
+
     /// The voxels of the environment that alone trip it, so that it never changes; none where it works.
     fn stuck_by(&self, _: &Station) -> BitGrid {
         BitGrid::nowhere()
+    }
+
+    /// What to do about them.
+    fn stuck_advice(&self) -> &'static str {
+        "keep the box or the field off floor and walls, or give a pad tare = true"
     }
 
     /// The same as a scanner, if it may guard a field with a level ring.

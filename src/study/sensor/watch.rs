@@ -5,7 +5,7 @@
 //! | one that casts and is scored by its points | each voxel that a ray enters from its shortest to its longest range, up to its first blocker and with it, but within `near_ignore_m`; not the voxel that the sensor is in |
 //! | the same with `reflectance_ranges_m` | of those the ones within its range for people of the default reflectance |
 //! | one that casts and is a switch by a field | of those the ones whose return would be read in the field |
-//! | one that feels without rays | the voxels in which it feels ([`Kind::feels`]): a pad's first layer, a gate's box |
+//! | one that feels without a table of rays | the voxels in which it feels ([`Kind::feels`]): a pad's first layer, a gate's box, what a radar senses |
 //! | a switch that the environment trips | nothing: it is always on, so nobody changes what it says |
 //! | a switch by the joints of people, as `rgb` is | nothing: a body has no joints |
 //! | one that notices nobody who comes, as `known_robot` and `recorded` | nothing |
@@ -22,6 +22,7 @@
 //!   space does not matter for what it would have hit.
 //! * A return that is lost in a repeat is lost whatever it comes from. Noise moves where a return is read, not
 //!   where it comes from; rays are those of the true mount.
+//! * A body that comes moves, fast enough for every radar.
 //! * A zone camera would notice a person whose joints it finds; which these are, a body does not say.
 //!
 //! The reasons of `src/decide/view/why.rs` say more of what is not watched: whoever stands in a voxel that is

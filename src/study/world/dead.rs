@@ -18,7 +18,7 @@ use perirobot_march::march::{self, Gates};
 use perirobot_march::voxel::flood::{flood, with_neighbours};
 use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_scene::pose::Pose;
-use perirobot_scene::truth::Truth;
+use perirobot_scene::truth::{ObjectVoxels, Truth};
 
 /// Lines about dead poses; the others are counted.
 const MOST_TOLD: usize = 10;
@@ -54,7 +54,7 @@ pub(super) fn warnings(
     let rays = (RAYS_IN_ALL / (poses * study.scenes.len()).max(1)).clamp(RAYS[0], RAYS[1]);
     let all = |sensor: usize| (0..study.sensors[sensor].candidates.len()).collect::<Vec<_>>();
     let few: Vec<SampledRays> = looking.iter().map(|&sensor| SampledRays::new(study, sensor, rays)).collect();
-    let mut hollows = Hollows::new(&worlds[0]);
+    let mut hollows = WorldHollows::new(&worlds[0]);
     let found: Vec<Vec<(usize, Why)>> =
         few.iter().map(|few| few.dead(&worlds[0], &mut hollows, &all(few.sensor))).collect();
     // An object that moves may free a pose: only poses that are dead in every snapshot count.
@@ -64,7 +64,7 @@ pub(super) fn warnings(
         if left.iter().all(Vec::is_empty) {
             break;
         }
-        let mut hollows = Hollows::new(world);
+        let mut hollows = WorldHollows::new(world);
         for (few, left) in few.iter().zip(&mut left) {
             *left = few.dead(world, &mut hollows, left).into_iter().map(|(candidate, _)| candidate).collect();
         }
@@ -195,8 +195,9 @@ impl SampledRays<'_> {
     }
 
     /// Which of these candidates are dead in a world, and why.
-    fn dead(&self, world: &World, hollows: &mut Hollows, candidates: &[usize]) -> Vec<(usize, Why)> {
+    fn dead(&self, world: &World, hollows: &mut WorldHollows, candidates: &[usize]) -> Vec<(usize, Why)> {
         let truth = &*hollows.truth.clone();
+        let hollows = hollows.of(self.kind);
         let posed: Vec<(usize, Setting)> =
             candidates.iter().map(|&c| (c, world.settings[self.sensor][c])).collect();
         let posed: Vec<_> =
@@ -249,7 +250,7 @@ impl SampledRays<'_> {
         let (mut standing, mut blind, mut near, mut returns) = (Vec::new(), 0, 0, 0);
         let mut someone = false;
         for (left, &dir_q15) in (0..all).rev().zip(&self.dirs_q15) {
-            match self.cast(&truth.blockers, from, dir_q15) {
+            match self.cast(self.kind.blockers(truth), from, dir_q15) {
                 RayEnd::Blocker(voxel, t_q16) => {
                     let nearest_q16 = self.gates.ray_gates(dir_q15[2]).range_min_q16;
                     let (is_person, is_blind) = (truth.human.get(voxel), t_q16 < nearest_q16);
@@ -271,7 +272,7 @@ impl SampledRays<'_> {
             }
         }
         let percent = |some: usize| 100.0 * share(some);
-        let before = mostly(truth, &standing);
+        let before = self.mostly(truth, &standing);
         let at = before.map_or(String::new(), |object| format!(" at {:?}", truth.objects[object].name));
         if share(blind) > BLIND {
             return Some(Why {
@@ -301,6 +302,20 @@ impl SampledRays<'_> {
         })
     }
 
+    /// The object that has most of these voxels; none if no object has any.
+    fn mostly(&self, truth: &Truth, voxels: &[[i32; 3]]) -> Option<usize> {
+        let mut counts = vec![0; truth.objects.len()];
+        for &voxel in voxels {
+            let has =
+                |object: &Arc<ObjectVoxels>| self.kind.is_stopped_by(object) && object.voxels.get(voxel);
+            let owner = truth.objects.iter().position(has);
+            owner.into_iter().for_each(|owner| counts[owner] += 1);
+        }
+        let all = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+        let most = all.max_by_key(|(index, count)| (**count, std::cmp::Reverse(*index)));
+        most.map(|(index, _)| index)
+    }
+
     fn cast(&self, blockers: &BitGrid, from: &GridPose, dir_q15: [i32; 3]) -> RayEnd {
         let gates = self.gates.ray_gates(dir_q15[2]);
         let within = march::crossings(from.launch(dir_q15))
@@ -317,16 +332,23 @@ impl SampledRays<'_> {
     }
 }
 
-/// The object that has most of these voxels; none if no object has any.
-fn mostly(truth: &Truth, voxels: &[[i32; 3]]) -> Option<usize> {
-    let mut counts = vec![0; truth.objects.len()];
-    for &voxel in voxels {
-        let owner = truth.objects.iter().position(|object| object.stops_rays && object.voxels.get(voxel));
-        owner.into_iter().for_each(|owner| counts[owner] += 1);
+/// The spaces of a scene, for sensors that see and for those that are radars.
+struct WorldHollows {
+    truth: Arc<Truth>,
+    each: [Option<Hollows>; 2],
+}
+
+impl WorldHollows {
+    fn new(world: &World) -> WorldHollows {
+        WorldHollows { truth: world.truth(), each: [None, None] }
     }
-    let all = counts.iter().enumerate().filter(|(_, count)| **count > 0);
-    let most = all.max_by_key(|(index, count)| (**count, std::cmp::Reverse(*index)));
-    most.map(|(index, _)| index)
+
+    /// Those between what stops the rays of a kind.
+    fn of(&mut self, kind: &dyn Kind) -> &mut Hollows {
+        let blockers = kind.blockers(&self.truth);
+        let number = usize::from(!std::ptr::eq(blockers, &*self.truth.blockers));
+        self.each[number].get_or_insert_with(|| Hollows::new(&self.truth, blockers))
+    }
 }
 
 /// The spaces of a scene that walls separate, of those in which poses stand.
@@ -339,11 +361,10 @@ struct Hollows {
 }
 
 impl Hollows {
-    fn new(world: &World) -> Hollows {
-        let truth = world.truth();
+    fn new(truth: &Arc<Truth>, blockers: &BitGrid) -> Hollows {
         let mut open = BitGrid::full(truth.grid.window());
-        open.remove(&truth.blockers);
-        Hollows { truth, volume: open.count(), open, known: Vec::new() }
+        open.remove(blockers);
+        Hollows { truth: truth.clone(), volume: open.count(), open, known: Vec::new() }
     }
 
     /// Why no ray gets away from here, in words; `None` where one may.
@@ -379,18 +400,19 @@ impl Hollows {
         let mut walls = None;
         for voxel in around.iter().copied().chain(beside) {
             if self.open.get(voxel) {
-                walls = Some(self.place(voxel)?);
+                walls = Some(self.place(rays.kind, voxel)?);
             }
         }
         walls.or_else(|| {
-            let body = truth.objects.iter().find(|object| object.stops_rays && object.voxels.get(own));
+            let has = |object: &&Arc<ObjectVoxels>| rays.kind.is_stopped_by(object) && object.voxels.get(own);
+            let body = truth.objects.iter().find(has);
             let name = body.map_or("a body".into(), |object| format!("{:?}", object.name));
             Some(format!("it stands inside {name}, where no ray goes"))
         })
     }
 
     /// Why no ray leaves the space around an open voxel, in words.
-    fn place(&mut self, voxel: [i32; 3]) -> Option<String> {
+    fn place(&mut self, kind: &dyn Kind, voxel: [i32; 3]) -> Option<String> {
         if let Some((_, walls)) = self.known.iter().find(|(place, _)| place.get(voxel)) {
             return walls.clone();
         }
@@ -419,7 +441,8 @@ impl Hollows {
                 shared.keep(&with_walls.to_window(shared.window()));
                 shared.count()
             };
-            let body = self.truth.objects.iter().filter(|object| object.stops_rays).max_by_key(share);
+            let bodies = self.truth.objects.iter().filter(|object| kind.is_stopped_by(object));
+            let body = bodies.max_by_key(share);
             let name = body.map_or("walls".into(), |object| format!("{:?}", object.name));
             let litres = place.count() as f64 * self.truth.grid.voxel_size_m.powi(3) * 1e3;
             format!("it stands inside {name}, in a hollow of {litres:.0} l that no ray leaves")

@@ -87,7 +87,7 @@ impl World {
         let window = self.grid.window();
         let is_solid = |setting: &Setting| {
             let looks_out = spec.kind.stance() != Stance::Level && carrier.is_none();
-            looks_out && truth.blockers.get(voxel(&setting.pose()))
+            looks_out && spec.kind.blockers(&truth).get(voxel(&setting.pose()))
         };
         let truly = true_poses(study, other, [sensor, candidate]);
         let mut places = [other.pose()].into_iter().chain(truly);

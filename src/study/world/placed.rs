@@ -37,20 +37,21 @@ impl World {
             return Some(PlacementProblem { words, is_impossible: true });
         }
         let (truth, setting) = (self.truth(), self.settings[sensor][candidate]);
+        let kind = &*study.sensors[sensor].kind;
         let is_inside = |setting: Setting| match setting {
             Setting::Pose(pose) => {
-                truth.blockers.get(Grid::voxel_of(self.grid.position_q16(pose.position_m)))
+                kind.blockers(&truth).get(Grid::voxel_of(self.grid.position_q16(pose.position_m)))
             }
             _ => false,
         };
-        let looks_out = study.sensors[sensor].kind.stance() != Stance::Level;
+        let looks_out = kind.stance() != Stance::Level;
         let words = if looks_out && is_inside(setting) {
             let words = "stands in an occupied voxel (move it out of it): its rays start behind its surface";
             Some(words.to_string())
         } else if let Some(what) = stuck::tripped_by(study, self, [sensor, candidate]) {
             Some(format!(
-                "the environment alone trips it, so that it is always on ({what}): keep the box or the field off floor and \
-                 walls, or give a pad tare = true"
+                "the environment alone trips it, so that it is always on ({what}): {}",
+                kind.stuck_advice()
             ))
         } else {
             dead::blindness(study, self, [sensor, candidate])

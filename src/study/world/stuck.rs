@@ -38,10 +38,11 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
     };
     Some(format!(
         "sensor {:?}: the environment alone trips {} of {} poses, which are then always on ({first}; {what}{when}): \
-         keep the box or the field off floor and walls, or give a pad tare = true",
+         {}",
         study.sensors[sensor].name,
         stuck.len(),
-        study.sensors[sensor].candidates.len()
+        study.sensors[sensor].candidates.len(),
+        kind.stuck_advice()
     ))
 }
 

@@ -10,7 +10,7 @@ use perirobot_march::metrics::{BODY_PARTS, BodyPart, Confusion, Detection, Overl
 use perirobot_march::voxel::BodyVoxel;
 use perirobot_scene::objects::build::build;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::truth::{RegionShape, voxelize};
+use perirobot_scene::truth::{RadarTruth, RegionShape, voxelize};
 
 /// A scene of 10 × 10 × 10 voxels of a metre, cut in two by a wall at x = 5, with one human voxel on each
 /// side and one robot voxel on the far one.
@@ -28,6 +28,7 @@ fn walled_truth() -> Truth {
     Truth {
         grid,
         blockers: occupied.clone().into(),
+        radar: RadarTruth { blockers: occupied.clone().into(), speeds_mm_s: Vec::new() },
         shades: None,
         ignored: blank,
         occupied: occupied.into(),

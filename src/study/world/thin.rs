@@ -123,6 +123,7 @@ mod tests {
             role: Role::Environment,
             interior: perirobot_scene::objects::Interior::Free,
             optical: Optical::Opaque,
+            radar: Default::default(),
             shade: 0,
             tag_only: false,
             takes_unit: false,
@@ -133,7 +134,8 @@ mod tests {
             warnings: Vec::new(),
         };
         let grid = Grid { voxel_size_m: 0.05, origin: [-40; 3], size: [80; 3] };
-        let scene = Scene { name: "s".into(), snapshot: 0, objects: vec![Arc::new(object)] };
+        let scene =
+            Scene { name: "s".into(), snapshot: 0, objects: vec![Arc::new(object)], speeds_mm_s: Vec::new() };
         let truth = voxelize_all(&[scene], grid).unwrap().remove(0);
         fill_share(&mesh, &truth.objects[0].voxels, &grid)
     }

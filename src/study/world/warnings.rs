@@ -140,15 +140,15 @@ struct Glance {
 impl Glance {
     fn new(study: &Study, world: &World) -> Glance {
         let truth = world.truth();
-        let stands = |setting: &Setting| match setting {
+        let stands = |kind: &dyn Kind, setting: &Setting| match setting {
             Setting::Pose(pose) => {
-                truth.blockers.get(Grid::voxel_of(world.grid.position_q16(pose.position_m)))
+                kind.blockers(&truth).get(Grid::voxel_of(world.grid.position_q16(pose.position_m)))
             }
             _ => false,
         };
         let inside = study.sensors.iter().enumerate().map(|(number, sensor)| {
             let looks = sensor.kind.stance() != Stance::Level;
-            candidates(world, number, |setting| looks && stands(setting))
+            candidates(world, number, |setting| looks && stands(&*sensor.kind, setting))
         });
         Glance {
             objects: truth.objects.clone(),

@@ -9,6 +9,7 @@ use perirobot_march::backend::cpu::Cpu;
 use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{Backend, Shades, VoxelScene};
 use perirobot_march::voxel::Window;
+use perirobot_scene::truth::RadarTruth;
 use perirobot_study::input::{Member, Overrides};
 
 /// How often each case occurred.
@@ -50,6 +51,7 @@ fn hits(
     let truth = Truth {
         occupied: Arc::new(with(&truth.occupied)),
         blockers: Arc::new(with(&truth.blockers)),
+        radar: RadarTruth { blockers: Arc::new(with(&truth.radar.blockers)), ..truth.radar.clone() },
         shades: shades.clone(),
         human: with(&truth.human),
         ..truth.clone()
@@ -100,7 +102,12 @@ fn check(
             .for_each(|one| followed.add(&watchers.watched_step_by_step(one, world, &truth)));
         assert_eq!(watch.voxels, followed, "{choice:?}\n{rerun}");
         let may_be_blind = |rays: &Rays| rays.gates.range_min_q16 > rays.gates.near_ignore_q16;
-        let may_be_blind = watchers.tables.iter().flatten().any(may_be_blind);
+        let is_blind_near = |one: &Watcher| {
+            let range = study.sensors[one.sensor].kind.range();
+            range.is_some_and(|range| range.range_m[0] > range.near_ignore_m)
+        };
+        let may_be_blind =
+            watchers.tables.iter().flatten().any(may_be_blind) || watchers.each().iter().any(is_blind_near);
         // Half of them start in a watched voxel, if there is a free one.
         let mut free = watch.voxels.clone();
         free.remove(&truth.occupied);

@@ -232,6 +232,7 @@ mod tests {
             role,
             interior,
             optical,
+            radar: Default::default(),
             shade: 0,
             tag_only: false,
             takes_unit: false,
@@ -266,7 +267,7 @@ mod tests {
         let sides = ["a", "b", "c", "right wall", "floor", "ceiling"].map(String::from);
         let room_m = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, 2.0, 3.0)];
         let are_rooms = vec![false; objects.len()];
-        let scene = Scene { name: "cell".into(), snapshot: 0, objects };
+        let scene = Scene { name: "cell".into(), snapshot: 0, objects, speeds_mm_s: Vec::new() };
         Surroundings { scene, sides, room_m, are_rooms, things: Vec::new() }
     }
 

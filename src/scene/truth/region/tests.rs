@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::pose::Pose;
+use crate::truth::RadarTruth;
 use perirobot_march::voxel::Grid;
 
 /// An empty scene of 0.05 m voxels over the paper's cell.
@@ -12,6 +13,7 @@ fn empty_voxel() -> Truth {
         grid,
         occupied: blank.clone().into(),
         blockers: blank.clone().into(),
+        radar: RadarTruth { blockers: blank.clone().into(), speeds_mm_s: Vec::new() },
         shades: None,
         ignored: blank.clone(),
         human: blank.clone(),
@@ -187,6 +189,7 @@ fn a_robots_reach_is_a_sphere_around_its_base() {
             name: name.into(),
             role,
             stops_rays: true,
+            stops_radar: true,
             triangles: 0,
             watertight: None,
             bounds_m: [DVec3::ZERO; 2],

@@ -23,6 +23,7 @@ fn object(name: &str, role: Role, interior: Interior, mesh: Mesh) -> Object {
         role,
         interior,
         optical: Optical::Opaque,
+        radar: Default::default(),
         shade: 0,
         tag_only: false,
         takes_unit: true,
@@ -42,7 +43,7 @@ fn truth_of(objects: Vec<Object>) -> Truth {
 const GRID: Grid = Grid { voxel_size_m: 0.1, origin: [0; 3], size: [10; 3] };
 
 fn scene(snapshot: usize, objects: Vec<Arc<Object>>) -> Scene {
-    Scene { name: "test".into(), snapshot, objects }
+    Scene { name: "test".into(), snapshot, objects, speeds_mm_s: Vec::new() }
 }
 
 fn test_box() -> Mesh {
@@ -58,7 +59,12 @@ fn a_cut_robot_keeps_its_inside() {
     let cut = Grid { size: [10, 10, 5], ..whole };
     for interior in [Interior::Free, Interior::Ignored, Interior::Occupied] {
         let body = object("arm", Role::Robot, interior, cuboid(DVec3::splat(0.15), DVec3::splat(0.85)));
-        let scene = Scene { name: "cell".into(), snapshot: 0, objects: vec![Arc::new(body)] };
+        let scene = Scene {
+            name: "cell".into(),
+            snapshot: 0,
+            objects: vec![Arc::new(body)],
+            speeds_mm_s: Vec::new(),
+        };
         let volume = |grid| voxelize_all(std::slice::from_ref(&scene), grid).unwrap().remove(0).robot_volume;
         assert_eq!(volume(whole).count(), 8 * 8 * 8, "{interior:?}");
         assert_eq!(volume(cut), volume(whole).to_window(cut.window()).trim(), "{interior:?}");

@@ -8,8 +8,8 @@ use super::{ObjectFile, rotation, timeline};
 use crate::diagnostics::Place;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
-use perirobot_scene::objects::spec::{MotionSpec, ObjectSpec, SurfaceSpec};
-use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, Role};
+use perirobot_scene::objects::spec::{MotionSpec, NodeRule, ObjectSpec, SurfaceSpec};
+use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, RadarOptics, Role};
 
 pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
     let at = &at.key(&format!("object {:?}", entry.name));
@@ -25,6 +25,8 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
     refuse_strange_keypoints(at, &entry, &surface, role, &person)?;
     let keypoints = entry.keypoints.as_ref().map(|path| person.joints(at, "keypoints", path)).transpose()?;
     let has_role = entry.role.is_some();
+    refuse_transparent_people(at, &entry, role)?;
+    let speed_m_s = entry.speed_m_s.map(|speed| timeline::speed(at, "speed_m_s", speed)).transpose()?;
     let motion = entry
         .snapshots
         .map(|snapshots| timeline::check(at, snapshots, &surface, rotation, &person))
@@ -35,6 +37,8 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
         role,
         interior,
         optical: entry.optical.unwrap_or(Optical::Opaque),
+        radar: entry.radar.unwrap_or_default(),
+        speed_m_s,
         reflectance: reflectance(at, entry.reflectance)?,
         specular: entry.surface,
         shade: 0,
@@ -62,6 +66,22 @@ fn pose(at: &Place, entry: &ObjectFile, surface: &SurfaceSpec) -> Result<(DVec3,
             .says("an octomap stays where it is")
             .with_advice("its voxels are the grid's; take its pose away")),
         false => Ok((position_m, rotation)),
+    }
+}
+
+/// Refuses people through whom radar passes, in the object itself and in its parts.
+fn refuse_transparent_people(at: &Place, entry: &ObjectFile, role: Role) -> Result<()> {
+    let passes = |radar: Option<RadarOptics>| radar == Some(RadarOptics::Passes);
+    let rule = "does not belong to a person: radar stops at people";
+    if role == Role::Human && passes(entry.radar) {
+        return Err(at.wrong("radar", "\"passes\"", rule));
+    }
+    let is_wrong = |node: &&NodeRule| {
+        node.role.unwrap_or(role) == Role::Human && passes(node.radar.or(entry.radar)) && !node.ignore
+    };
+    match entry.nodes.iter().find(is_wrong) {
+        Some(node) => Err(at.key(&format!("nodes {:?}", node.r#match)).wrong("radar", "\"passes\"", rule)),
+        None => Ok(()),
     }
 }
 

@@ -50,6 +50,8 @@ pub(super) struct SnapshotsFile {
     /// How long it stays at each, in seconds: weights of the snapshots in weighted means of scores. Those of lists that
     /// are crossed are multiplied. Default all alike.
     dwell_s: Option<Vec<f64>>,
+    /// How fast it moves at each, in metres a second, instead of its own speed_m_s.
+    speed_m_s: Option<Vec<f64>>,
     /// The lists repeat until the scene's moments are through. Default false.
     #[serde(default)]
     cycle: bool,
@@ -68,7 +70,7 @@ struct WalkFile {
     path_m: Vec<Triple>,
     /// How far it gets from one moment to the next, in metres.
     step_m: f64,
-    /// How fast it goes, in metres a second: decides how long each moment lasts. Default 1.6, a person who walks.
+    /// How fast it goes, in metres a second: decides how long each moment lasts, and which radars detect it. Default 1.6, a person who walks.
     speed_m_s: Option<f64>,
 }
 
@@ -112,9 +114,9 @@ pub(super) fn check(
     let at = &at.key("snapshots");
     let walk = entry.walk.as_ref().map(|walk| walk::moments(&at.key("walk"), walk)).transpose()?;
     let has_places = entry.position_m.is_some() || entry.rpy_deg.is_some() || entry.quaternion.is_some();
-    if walk.is_some() && (has_places || entry.dwell_s.is_some()) {
+    if walk.is_some() && (has_places || entry.dwell_s.is_some() || entry.speed_m_s.is_some()) {
         return Err(at
-            .says("both walk and a list of positions, rotations or dwell_s")
+            .says("both walk and a list of positions, rotations, dwell_s or speed_m_s")
             .with_advice("a walk gives all of them"));
     }
     if entry.cycle && entry.cross {
@@ -186,24 +188,38 @@ pub(super) fn check(
         dwell_s: check_each(check_filled(at, "dwell_s", entry.dwell_s)?, |i, seconds| {
             at.number(&format!("dwell_s[{i}]"), seconds, 0.0..=1e9, "seconds from 0 to 1000000000")
         })?,
+        speed_m_s: check_each(check_filled(at, "speed_m_s", entry.speed_m_s)?, |i, speed_m_s| {
+            speed(at, &format!("speed_m_s[{i}]"), speed_m_s)
+        })?,
         cycle: entry.cycle,
         cross: entry.cross,
     };
     if let Some(walk) = walk {
         motion.position_m = walk.position_m;
         motion.rotation = walk.heading.into_iter().map(|heading| heading * own_rotation).collect();
+        motion.speed_m_s = vec![walk.speed_m_s; walk.dwell_s.len()];
         motion.dwell_s = walk.dwell_s;
     }
     match motion.lists().into_iter().find(|(_, length)| *length > MAX_SNAPSHOTS) {
-        _ if motion.lists().iter().all(|(key, _)| *key == "dwell_s") => Err(at.says("no list").with_advice(
-            "give at least one of walk, position_m, rpy_deg, quaternion, carried, mannequin, keypoints, \
+        _ if motion.lists().iter().all(|(key, _)| NO_MOTION.contains(key)) => {
+            Err(at.says("no list").with_advice(
+                "give at least one of walk, position_m, rpy_deg, quaternion, carried, mannequin, keypoints, \
                 joints_deg, joints_m, animation",
-        )),
+            ))
+        }
         Some((key, length)) => {
             Err(at.wrong(key, format!("({length} entries)"), &format!("must have at most {MAX_SNAPSHOTS}")))
         }
         None => Ok(motion),
     }
+}
+
+/// Lists that move nothing by themselves.
+const NO_MOTION: [&str; 2] = ["dwell_s", "speed_m_s"];
+
+/// A speed of an object.
+pub(super) fn speed(at: &Place, key: &str, speed_m_s: f64) -> Result<f64> {
+    at.number(key, speed_m_s, 0.0..=100.0, "a speed in metres a second from 0 to 100")
 }
 
 /// Checks `animation` of an object with this surface; of a robot it is a table of joints.
@@ -349,6 +365,7 @@ fn write_out(motion: &mut MotionSpec, how: ListExpansion) {
     how.expand(&mut motion.joints);
     how.expand(&mut motion.times_s);
     how.expand(&mut motion.dwell_s);
+    how.expand(&mut motion.speed_m_s);
 }
 
 /// How many snapshots the objects make that are not crossed: the common length of all lists that do not repeat, else

@@ -8,6 +8,7 @@
 //! | rays from a table (`rays`) | range | `points` | | |
 //! | pressure pad (`pad`) | area | | `volume` | |
 //! | light curtain (`gate`) | zone | | `volume` | |
+//! | radar (`radar`) | zone | | `volume` | |
 //! | proximity cover (`cover`) | range | `naive` | | |
 //! | known robot pose (`known_robot`) | | | `volume` | |
 //! | a real sensor's map or cloud (`recorded`) | range | `map` | | |
@@ -22,6 +23,7 @@ pub(crate) mod lidar;
 pub(crate) mod pad;
 #[cfg(test)]
 mod pages;
+pub(crate) mod radar;
 pub(crate) mod rays;
 pub mod recorded;
 pub(crate) mod rgb;
@@ -68,13 +70,14 @@ kinds![
     rays::RaysFile,
     pad::PadFile,
     gate::GateFile,
+    radar::RadarFile,
     cover::CoverFile,
     known_robot::KnownRobotFile,
     recorded::RecordedFile,
 ];
 
 /// Examples of keys whose form is not obvious.
-pub(crate) const EXAMPLES: [&str; 13] = [
+pub(crate) const EXAMPLES: [&str; 14] = [
     "name = \"camera\"",
     "kind = \"rgbd\"",
     "fov_deg = [87, 58], horizontal and vertical",
@@ -83,6 +86,7 @@ pub(crate) const EXAMPLES: [&str; 13] = [
     "rings = 16, from one end of elevation_deg to the other",
     "beams = 1081, from one end of fov_deg to the other",
     "range_m = [0.3, 6]",
+    "min_speed_m_s = 0.1, the slowest that a radar detects",
     "size_m = [1, 0.75]",
     "inflation_m = [0.1, 0.2]",
     "directions = \"rays.csv\", a table with the columns x,y,z",

@@ -25,7 +25,7 @@ use perirobot_march::voxel::{BitGrid, Grid, Window};
 use perirobot_scene::objects::Role;
 use perirobot_scene::objects::keypoints::Keypoints;
 use perirobot_scene::pose::Pose;
-use perirobot_scene::truth::{ObjectVoxels, Truth};
+use perirobot_scene::truth::{ObjectVoxels, RadarTruth, Truth};
 
 /// A grid at the world's origin with nothing in it.
 pub(crate) fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
@@ -35,6 +35,7 @@ pub(crate) fn empty(size: [u32; 3], voxel_size_m: f64) -> Truth {
         grid,
         occupied: blank.clone().into(),
         blockers: blank.clone().into(),
+        radar: RadarTruth { blockers: blank.clone().into(), speeds_mm_s: Vec::new() },
         shades: None,
         ignored: blank.clone(),
         human: blank.clone(),
@@ -50,6 +51,7 @@ pub(crate) fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints:
     voxels.iter().for_each(|&voxel| own.set(voxel));
     Arc::make_mut(&mut truth.occupied).add(&own);
     Arc::make_mut(&mut truth.blockers).add(&own);
+    Arc::make_mut(&mut truth.radar.blockers).add(&own);
     match role {
         Role::Environment => {}
         Role::Human => truth.human.add(&own),
@@ -64,6 +66,7 @@ pub(crate) fn put(truth: &mut Truth, role: Role, voxels: &[[i32; 3]], keypoints:
         name: format!("object {}", truth.objects.len()),
         role,
         stops_rays: true,
+        stops_radar: true,
         triangles: 0,
         watertight: None,
         bounds_m: [DVec3::ZERO; 2],

@@ -11,13 +11,18 @@ use perirobot_study::sensor::{FieldOfView, MEASURES, quantise_q15};
 
 /// The expected evidence of a sensor for a voxel, and the voxel that ended its ray: searches all rays by single steps;
 /// shares only directions, fields of view and gaps with the tested code.
-fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[i32; 3]>) {
+fn plain(
+    view: &View,
+    (member, volume): (&SensorView, Option<&BitGrid>),
+    voxel: [i32; 3],
+) -> (Reason, Option<[i32; 3]>) {
     let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
     if member.says.occupied.get(voxel) || member.says.free.get(voxel) {
         return (Reason::Cancelled, None);
     }
     let (true, Some(rays)) = (member.casts, &view.tables[member.sensor]) else {
-        return (reason_without_rays(view, member, voxel), None);
+        let inside = volume.is_some_and(|volume| volume.get(voxel));
+        return (reason_without_rays(view, member, voxel, inside), None);
     };
     let from = &member.placement;
     let way = [0, 1, 2].map(|r| f64::from(voxel[r]) + 0.5 - f64::from(from.origin_q16[r]) / 65_536.0);
@@ -101,24 +106,38 @@ fn plain(view: &View, member: &SensorView, voxel: [i32; 3]) -> (Reason, Option<[
     }
 }
 
-fn reason_without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Reason {
-    let (truth, sensor) = (&view.truth, &view.study.sensors[member.sensor]);
-    let (window, setting) = (truth.grid.window(), view.world.settings[member.sensor][member.candidate]);
-    let station = perirobot_study::sensor::Station {
+/// A sensor at its candidate, over the whole grid.
+fn station<'a>(view: &'a View, member: &SensorView) -> perirobot_study::sensor::Station<'a> {
+    let truth = &view.truth;
+    perirobot_study::sensor::Station {
         moment: [0, 0],
         truth,
-        window,
-        setting,
+        window: truth.grid.window(),
+        setting: view.world.settings[member.sensor][member.candidate],
         rays: None,
         truly: None,
         draws: 0,
-    };
-    let inside = match sensor.kind.reach(&station) {
-        Extent::Only(voxels) | Extent::RaysAnd(voxels) => voxels.get(voxel),
+    }
+}
+
+/// What a sensor may label without rays; none of one that casts.
+fn volume(view: &View, member: &SensorView) -> Option<BitGrid> {
+    if member.casts && view.tables[member.sensor].is_some() {
+        return None;
+    }
+    let (truth, sensor) = (&view.truth, &view.study.sensors[member.sensor]);
+    let mut all = BitGrid::new(truth.grid.window());
+    match sensor.kind.reach(&station(view, member)) {
+        Extent::Only(voxels) | Extent::RaysAnd(voxels) => all.add(&voxels),
         Extent::Rays => panic!("{} casts", sensor.name),
-    };
-    let in_zone = sensor.kind.wherever_it_stands(truth).is_some_and(|voxels| voxels.get(voxel));
-    match inside || in_zone {
+    }
+    sensor.kind.wherever_it_stands(truth).iter().for_each(|voxels| all.add(voxels));
+    Some(all)
+}
+
+fn reason_without_rays(view: &View, member: &SensorView, voxel: [i32; 3], inside: bool) -> Reason {
+    let (truth, sensor) = (&view.truth, &view.study.sensors[member.sensor]);
+    match inside {
         false => Reason::OutOfView,
         true if sensor.kind.log_odds(0) == MEASURES => {
             assert!(sensor.kind.is_noisy() && truth.occupied.get(voxel), "what measures knows what is near");
@@ -127,7 +146,7 @@ fn reason_without_rays(view: &View, member: &SensorView, voxel: [i32; 3]) -> Rea
         true => {
             let whole = member.says.occupied.is_empty() && member.says.free.is_empty();
             assert!(whole, "a switch speaks of all of its volume or of none");
-            match sensor.kind.is_muted(&station) {
+            match sensor.kind.is_muted(&station(view, member)) {
                 true => Reason::Muted,
                 false => Reason::Silent,
             }
@@ -168,11 +187,12 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
         assert_eq!(sums, [counts.uo, counts.uf, counts.human.uo], "{:?}\n{rerun}", view.choice);
     }
     let objects = &view.truth.objects;
+    let volumes: Vec<_> = view.members.iter().map(|member| volume(view, member)).collect();
     for Missed { cause, voxels } in &missed {
         met[cause.reason as usize] += voxels.count();
         for voxel in voxels.voxels().step_by(every) {
-            let expected_causes: Vec<_> =
-                view.members.iter().map(|member| plain(view, member, voxel)).collect();
+            let members = view.members.iter().zip(volumes.iter().map(Option::as_ref));
+            let expected_causes: Vec<_> = members.map(|member| plain(view, member, voxel)).collect();
             let reason = expected_causes.iter().map(|(reason, _)| *reason).max().unwrap();
             let hit = expected_causes.iter().find(|one| one.0 == reason).and_then(|one| one.1);
             let stops = |hit| objects.iter().position(|object| object.stops_rays && object.voxels.get(hit));
@@ -284,9 +304,15 @@ pub(crate) fn random_scene(random: &mut CaseRandom) -> String {
             random.pick(&["", "", "interior = \"occupied\"", "optical = \"see_through\"", "tag_only = true"]);
         let [x, y, z] = [(); 3].map(|()| random.number_between(0.05, 0.7));
         scene += &format!(
-            "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{x}, {y}, {z}] }}\nposition_m = {}\n{more}\n{}\n",
+            "[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [{x}, {y}, {z}] }}\nposition_m = {}\n{more}\n{}\n{}\n",
             random.place(),
-            random.pick(&["", "reflectance = 0.05", "reflectance = 0.5"])
+            random.pick(&["", "reflectance = 0.05", "reflectance = 0.5"]),
+            random.pick(&[
+                "",
+                "radar = \"passes\"",
+                "radar = \"passes\"\nspeed_m_s = 0.4",
+                "speed_m_s = 0.02"
+            ]),
         );
     }
     if random.number_below(3) > 0 {
@@ -297,14 +323,15 @@ pub(crate) fn random_scene(random: &mut CaseRandom) -> String {
         [("human", "radius_m = 0.15, height_m = 1.2"), ("robot", "radius_m = 0.1, height_m = 0.7")]
     {
         scene += &format!(
-            "[[object]]\nname = \"{role}\"\nrole = \"{role}\"\ncylinder = {{ {shape} }}\nposition_m = {}\n",
-            random.place()
+            "[[object]]\nname = \"{role}\"\nrole = \"{role}\"\ncylinder = {{ {shape} }}\nposition_m = {}\nspeed_m_s = {}\n",
+            random.place(),
+            random.pick(&["0", "0.05", "1.6"]),
         );
     }
     scene
 }
 
-/// A camera, a LIDAR, a table of rays, a gate, a cover and the robot's pose, alone and together.
+/// A camera, a LIDAR, a table of rays, a gate, a cover, the robot's pose and a radar, alone and together.
 pub(crate) fn random_study(random: &mut CaseRandom) -> String {
     let mut study = format!(
         "seed = {}\n[grid]\nvoxel_size_m = {}\noutside = \"{}\"\n\
@@ -375,14 +402,27 @@ pub(crate) fn random_study(random: &mut CaseRandom) -> String {
          zone = {{ min_m = [-0.6, -0.5, 0.2], max_m = [0.6, 1, 1.2] }}\notherwise = \"{}\"\n{}\n\
          [[sensor]]\nname = \"cover\"\nkind = \"cover\"\ninflation_m = [{}]\nnoise = {{ std_m = {} }}\n\
          [[sensor]]\nname = \"robot\"\nkind = \"known_robot\"\n\
+         [[sensor]]\nname = \"radar\"\nkind = \"radar\"\nfov_deg = [{}, {}]\nrange_m = [{}, {}]\nmin_speed_m_s = {}\n\
+         otherwise = \"{}\"\n[[sensor.poses]]\nname = \"p\"\nlist = [{{ position_m = {}, rpy_deg = [{}, {}, {}] }}]\n\
          [[combination]]\nsensors = [\"camera\"]\n[[combination]]\nsensors = [\"lidar\"]\n[[combination]]\nsensors = [\"ring\"]\n\
          [[combination]]\nsensors = [\"gate\", \"lidar\", \"camera\"]\n\
          [[combination]]\nsensors = [\"cover\", \"robot\"]\n\
-         [[combination]]\nsensors = [\"ring\", \"camera\", \"cover\", \"robot\", \"lidar\"]\n",
+         [[combination]]\nsensors = [\"ring\", \"camera\", \"cover\", \"robot\", \"lidar\"]\n\
+         [[combination]]\nsensors = [\"radar\"]\n[[combination]]\nsensors = [\"radar\", \"ring\", \"gate\"]\n",
             random.pick(&["unknown", "free"]),
             random.pick(&["", "", "muted_at = [0]"]),
             random.number_between(0.1, 0.5),
             random.pick(&["0", "0.1"]),
+            random.number_between(5.0, 180.0),
+            random.number_between(5.0, 90.0),
+            random.pick(&["0", "0", "0.3"]),
+            random.number_between(0.6, 3.0),
+            random.pick(&["0", "0.05", "0.5"]),
+            random.pick(&["unknown", "free"]),
+            random.place(),
+            random.number_between(-180.0, 180.0),
+            random.number_between(-90.0, 90.0),
+            random.number_between(-180.0, 180.0),
         )
 }
 

@@ -142,5 +142,5 @@ fn unknown(at: &Place, name: &str, scenes: &[SceneSpec]) -> Error {
 /// Whether an object is elsewhere, or has another shape, at another moment.
 fn moves(object: &ObjectSpec) -> bool {
     let lists = object.motion.lists();
-    object.on.is_some() || lists.iter().any(|(key, _)| *key != "dwell_s")
+    object.on.is_some() || lists.iter().any(|(key, _)| !["dwell_s", "speed_m_s"].contains(key))
 }

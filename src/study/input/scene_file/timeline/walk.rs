@@ -18,6 +18,7 @@ pub(super) struct Walk {
     pub(super) heading: Vec<DQuat>,
     /// How long: half of the way there and half of the way on.
     pub(super) dwell_s: Vec<f64>,
+    pub(super) speed_m_s: f64,
 }
 
 /// Places along a path, both ends included.
@@ -56,7 +57,7 @@ pub(super) fn moments(at: &Place, file: &WalkFile) -> Result<Walk> {
     if whole_m - full_steps as f64 * step_m > NEARLY_M {
         along_m.push(whole_m);
     }
-    let mut walk = Walk { position_m: Vec::new(), heading: Vec::new(), dwell_s: Vec::new() };
+    let mut walk = Walk { position_m: Vec::new(), heading: Vec::new(), dwell_s: Vec::new(), speed_m_s };
     let mut yaw = 0.0;
     for (number, &place_m) in along_m.iter().enumerate() {
         let mut behind_m = 0.0;
