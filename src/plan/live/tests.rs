@@ -127,7 +127,7 @@ fn scores_are_the_rows_of_a_sweep() {
             }
         }
     }
-    assert_eq!(met.len(), 8, "{met:?}");
+    assert_eq!(met.len(), 9, "{met:?}");
 }
 
 /// A pose somewhere near a listed one.
