@@ -226,7 +226,7 @@ fn the_screen_tells_what_the_map_makes_of_each_object() {
     // Why the rest is not called occupied adds up to it, and where the sensor was changes nothing but that.
     let seen = score(&folder, "files/labels.bt", &["--sensor", "-0.9,0.6,0.9"]);
     for (outcome, is_known) in [(&outcome, false), (&seen, true)] {
-        let parts = outcome.stdout.split("\n\n").filter(|part| part.contains(", and why\n"));
+        let parts = outcome.stdout.split("\n\n").filter(|part| part.contains(": missed voxels, by reason\n"));
         let lines: Vec<&str> = parts.flat_map(str::lines).collect();
         let missed = rows(&folder.path("scored.csv"), |_| true);
         let missed: u64 =

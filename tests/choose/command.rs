@@ -224,12 +224,12 @@ fn a_proof_holds_until_it_is_altered() {
     verified(
         &folder,
         |proof| proof["fingerprint"] = "00".into(),
-        &["choose.json: fingerprint: the study is not"],
+        &["choose.json: fingerprint: the study has changed"],
     );
     verified(
         &folder,
         |proof| proof["asked"]["budget"] = 900.into(),
-        &["asked: the study asks for something else"],
+        &["asked: the study's question has changed"],
     );
     let (study, moved, out) = (folder.path(STUDY), folder.path("moved.toml"), folder.path("out"));
     fs::rename(&study, &moved).unwrap();
@@ -415,7 +415,7 @@ fn the_tables_of_a_proof_hold_until_they_are_altered() {
     ] {
         refused(file, &field, &format!("row 2: column {column} is \"0.123\", but made again it is"));
         refused(file, &cut, "row 2: is missing: the file ends before it");
-        refused(file, &|_| None, "is not there");
+        refused(file, &|_| None, "is missing");
     }
 }
 
@@ -467,7 +467,7 @@ fn the_proof_of_what_is_required_holds_until_it_is_altered() {
     fs::write(&path, text.replace("\"steps\"", "\"stopped\": true,\n  \"steps\"")).unwrap();
     let outcome = perirobot(&["choose", "--verify", program::text(&folder.path("out"))]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
-    assert!(outcome.stdout.contains("; the search was stopped, so that sizes and"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("; the search was stopped, so sizes and"), "{}", outcome.stdout);
 }
 
 /// Without noise no two sensors disagree, so that sums decide as unions do; with it there is no proof.
@@ -482,7 +482,7 @@ fn log_odds_have_an_answer_too() {
     assert!(rows(&folder.path("out/front.csv")).iter().all(|row| row["proven"] == "true"));
     verified(&folder, |_| {}, &[]);
     let other = |proof: &mut serde_json::Value| proof["asked"]["fusion"] = "occupied_wins".into();
-    verified(&folder, other, &["asked: the study asks for something else"]);
+    verified(&folder, other, &["asked: the study's question has changed"]);
     folder.edit(STUDY, "range_m = [0.1, 5.0]", "range_m = [0.1, 5.0]\nnoise = { std_m = 0.1 }");
     let outcome = choose(&folder, "noisy", &["--backend", "cpu"]);
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
@@ -538,11 +538,7 @@ fn not_chosen(edits: &[Edit], stays: &[&str], expected: &str) {
 
 #[test]
 fn what_cannot_be_chosen_is_refused() {
-    not_chosen(
-        &[(STUDY, CHOOSE, "")],
-        &[],
-        "study.toml: no [choose]: say what is looked for, as in [choose]",
-    );
+    not_chosen(&[(STUDY, CHOOSE, "")], &[], "study.toml: no [choose]: add [choose]");
     let region =
         "[[region]]\nname = \"empty\"\nbox = { min_m = [-0.1, 0.1, 0.8], max_m = [0.0, 0.2, 0.9] }\n[choose]";
     let empty = (STUDY, "region = \"robot\"\nat_most", "region = \"empty\"\nat_most");

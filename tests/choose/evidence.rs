@@ -561,7 +561,7 @@ fn what_takes_how_much_memory_is_known_before_it_is_cast() {
             (0..filed.count()).for_each(|item| drop(filed.counts(&[item])));
             let error = filed.was_read().unwrap_err();
             assert!(
-                matches!(error, Error::Storage(_)) && error.to_string().contains("other bytes"),
+                matches!(error, Error::Storage(_)) && error.to_string().contains("the bytes have changed"),
                 "{error}"
             );
             write_journal(&folder, &whole);

@@ -149,7 +149,7 @@ fn finer_poses_are_better_stay_on_their_wall_and_count_as_a_sweep_of_them() {
     folder.edit(STUDY, "csv = \"refined.csv\"", "csv = \"out/refined.csv\"");
     let refused = choose(&folder, "out", &[]);
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
-    assert!(refused.stderr.contains("refined.csv: is a file that the study reads"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("refined.csv: is a file of the study"), "{}", refused.stderr);
 }
 
 #[test]
@@ -230,7 +230,7 @@ fn what_was_refined_holds_until_it_is_altered() {
     // Asked for otherwise, it is another answer.
     folder.edit(STUDY, "refine = true", "refine = false");
     let outcome = perirobot(&["choose", "--verify", text(&folder.path("out")), "--backend", "cpu"]);
-    assert!(outcome.stderr.contains("asked: the study asks for something else"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("asked: the study's question has changed"), "{}", outcome.stderr);
     let again = choose(&folder, "out", &[]);
     assert_eq!(again.code, Some(0), "{}", again.stderr);
     assert!(!folder.path("out/refined.csv").exists(), "what nobody asked for is gone");

@@ -276,7 +276,7 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
         (&["--combination", "moon"], &["--combination moon", "camera"]),
         (&["--representation", "moon"], &["--representation moon", "points"]),
         (&["--scene", "moon"], &["--scene moon", "cell"]),
-        (&[text(&other)], &["another folder is called out, too"]),
+        (&[text(&other)], &["another folder is also called out"]),
         (&[text(&file)], &["is not a folder: name one"]),
     ];
     for (more, expected) in cases {

@@ -123,7 +123,7 @@ fn wishes_that_cannot_be_met_are_refused() {
     let cases: [(&[&str], &[&str]); 14] = [
         (&["--out", "x.jpg"], &["--out x.jpg", "must end in .png"]),
         (&["--from", "above"], &["--from", "2.8,1.8,2.7", "iso, top"]),
-        (&["--from", "0,0,0", "--look-at", "0,0,0"], &["--from is where --look-at is"]),
+        (&["--from", "0,0,0", "--look-at", "0,0,0"], &["--from equals --look-at"]),
         (&["--from", "0,0,900"], &["--from", "along z", "--voxel-size"]),
         (&["--look-at", "1,2"], &["--look-at", "three numbers"]),
         (&["--fov-deg", "180"], &["--fov-deg 180", "from 1 to 150"]),

@@ -87,6 +87,6 @@ fn a_template_overwrites_nothing() {
     fs::write(folder.path().join("people/bent.csv"), "mine").unwrap();
     let outcome = perirobot(&["init", "--template", "assembly", text(folder.path())]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("bent.csv: is there already and would be lost"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("bent.csv: exists and would be overwritten"), "{}", outcome.stderr);
     assert_eq!(program::names(folder.path()), ["people"], "nothing else was written");
 }
