@@ -267,9 +267,9 @@ fn a_proof_holds_until_it_is_altered() {
         &["steps[1].best.sensors: score_without of camera:", "is 0.1, but counted again"],
     );
     let place = one("/steps/1/best/sensors/0/place", "in the middle".into());
-    verified(&folder, place, &["steps[1].best.sensors: cost and place of camera are not"]);
+    verified(&folder, place, &["steps[1].best.sensors: cost and place of camera differ"]);
     let cost = one("/steps/1/best/sensors/0/cost", 1.into());
-    verified(&folder, cost, &["steps[1].best.sensors: cost and place of camera are not"]);
+    verified(&folder, cost, &["steps[1].best.sensors: cost and place of camera differ"]);
     verified(&folder, one("/nearly_as_good/0/score", 0.9.into()), &["nearly_as_good[0].score: f1 is 0.9"]);
     let itself = |proof: &mut serde_json::Value| {
         let steps = proof["steps"].as_array().unwrap();
@@ -500,7 +500,7 @@ fn log_odds_have_an_answer_too() {
     let outcome = perirobot(&["choose", "--verify", text(&folder.path("noisy"))]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
     assert!(
-        outcome.stderr.contains("steps[0].proven: sensors that are wrong somewhere"),
+        outcome.stderr.contains("steps[0].proven: sensors with errors may outvote"),
         "{}",
         outcome.stderr
     );

@@ -121,7 +121,7 @@ fn what_cannot_stand_anywhere_is_refused_before_anything_is_removed() {
     wrong(
         "[[-0.2, -0.2, 30]",
         "[[1.4, -0.2, 30]",
-        &["postures.spots[0] = [1.4, -0.2]: must lie in the grid", "scene \"cell\""],
+        &["postures.spots[0] = [1.4, -0.2]: must be in the grid", "scene \"cell\""],
     );
     wrong(
         "\"bent\"",
@@ -132,7 +132,8 @@ fn what_cannot_stand_anywhere_is_refused_before_anything_is_removed() {
     // floor, so a new floor needs a new sweep.
     let before = std::fs::read_to_string(folder.path("study.toml")).unwrap();
     folder.edit("study.toml", "\n[postures]", "\n[approach]\nfloor_m = 3\n[postures]");
-    let above = "postures.spots[0] = [-0.2, -0.2] on a floor at 3 m: must be where person \"kneeling/0\" is in the grid";
+    let above =
+        "postures.spots[0] = [-0.2, -0.2] on a floor at 3 m: must place person \"kneeling/0\" in the grid";
     let check = perirobot(&["check", text(&folder.path("study.toml")), "--poses", "0"]);
     assert!(check.code == Some(2) && check.stderr.contains(above), "{}", check.stderr);
     assert!(judge(&folder, &[]).stderr.contains("sweep again") && judged(&folder));

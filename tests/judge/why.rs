@@ -158,7 +158,7 @@ fn a_signal_leaves_no_table() {
     assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
     let rest = lines.collect::<Vec<_>>().join("\n");
     assert_eq!(run.wait().unwrap().code(), Some(75), "{rest}");
-    assert!(rest.contains("stopped by Ctrl-C (SIGINT): no table is written"), "{rest}");
+    assert!(rest.contains("stopped by Ctrl-C (SIGINT): no table was written"), "{rest}");
     assert_eq!(names(&out), before);
 }
 

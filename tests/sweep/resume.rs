@@ -382,7 +382,7 @@ fn tables_without_a_journal_are_not_lost() {
     let outcome = folder.sweep(&[]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
     assert!(
-        outcome.stderr.contains("results.csv: is of an earlier sweep")
+        outcome.stderr.contains("results.csv: belongs to an earlier sweep")
             && outcome.stderr.contains("--restart")
     );
     assert!(fs::read(folder.path("out/results.csv")).unwrap() == before);
@@ -402,7 +402,7 @@ fn a_study_s_own_file_is_not_written_over() {
     let (study, out) = (folder.path("study.toml"), folder.path("."));
     let outcome = perirobot(&["sweep", text(&study), "--out", text(&out), "--backend", "cpu"]);
     assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("poses.csv: is a file that the study reads"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("poses.csv: is a file of the study"), "{}", outcome.stderr);
     assert_eq!(fs::read_to_string(folder.path("poses.csv")).unwrap(), table);
     assert_eq!(folder.sweep(&[]).code, Some(0));
 }

@@ -190,7 +190,10 @@ fn files_that_do_not_fit_together_are_refused() {
         (("poses.csv", "x_m", "x"), &["line 1", "no column \"x_m\""][..]),
         (("poses.csv", ",place", ",where"), &["line 1", "no column \"place\""]),
         (("poses.csv", "wall/0/1", "wall/0/0"), &["line 3, column pose: \"wall/0/0\" stands twice"]),
-        (("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,-1.5,"), &["is not the table that manifest.json"]),
+        (
+            ("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,-1.5,"),
+            &["differs from the table of manifest.json"],
+        ),
         (
             ("manifest.json", "\"name\": \"cover\"", "\"name\": \"coat\""),
             &["column sensor: \"cover\" must be \"coat\""],
