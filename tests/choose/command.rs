@@ -289,7 +289,7 @@ fn a_proof_holds_until_it_is_altered() {
     verified(
         &folder,
         one("/steps/1/best/cost", serde_json::Value::Null),
-        &["steps[1].best: costs 500, not what"],
+        &["steps[1].best: costs 500, not the stated amount"],
     );
     verified(&folder, one("/semantics_version", 99.into()), &["semantics_version: differs from the study"]);
     verified(&folder, one("/certified", "everything".into()), &["certified: differs from the study"]);
@@ -346,7 +346,7 @@ fn a_proof_holds_until_it_is_altered() {
     verified(
         &folder,
         |proof| proof["steps"][1]["no_set_is_above"] = 1.into(),
-        &["no_set_is_above: is not the score of the best set"],
+        &["no_set_is_above: differs from the score of the best set"],
     );
     let name =
         |proof: &mut serde_json::Value| proof["steps"][0]["best"]["poses"][0] = "camera:nowhere/1".into();

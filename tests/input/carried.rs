@@ -187,6 +187,19 @@ fn a_driver_goes_where_the_cart_goes() {
     assert_bounds(find(&scenes[1], "rider"), [0.9, 2.0, 0.4], [1.1, 2.2, 1.4]);
 }
 
+/// A workpiece in a gripper is as dangerous as the robot.
+#[test]
+fn what_is_on_a_gripper_is_robot() {
+    let part =
+        "[[object]]\nname = \"part\"\nbox = { size_m = [0.1, 0.1, 0.1] }\non = { object = \"gripper\" }\n";
+    let scenes = scenes(&(gripper("") + ROBOT + part)).unwrap();
+    assert_eq!(find(&scenes[0], "part").role, Role::Robot);
+    let told = scenes
+        .iter()
+        .map(|scene| find(scene, "part").frame.position_m.distance(find(scene, "gripper").frame.position_m));
+    assert!(told.into_iter().all(|away_m| away_m < 1e-9));
+}
+
 #[test]
 fn carriers_that_cannot_be() {
     let wrong = |from: &str, to: &str| {

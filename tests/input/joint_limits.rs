@@ -106,6 +106,38 @@ fn a_region_has_all_that_the_arm_reaches_and_little_more() {
     assert!(voxels(&worlds[0], "tool").count() > 3 * own.count());
 }
 
+/// A long arm in small voxels: what its tool encloses belongs to the region, also where points of its surface are farther
+/// apart than voxels.
+#[test]
+fn a_region_is_not_hollow_in_small_voxels() {
+    let folder = cell();
+    let long = ARM.replace("0.5 0 0\"/><geometry><box size=\"1 ", "1.25 0 0\"/><geometry><box size=\"2.5 ");
+    let tip = "<link name=\"tip\"/><joint name=\"weld\" type=\"fixed\"><parent link=\"arm\"/><child link=\"tip\"/>\
+               <origin xyz=\"2.5 0 0\"/></joint></robot>";
+    folder.write(
+        "arm.urdf",
+        long.replace("-1.5", "-0.05").replace("upper=\"3\"", "upper=\"0.05\"").replace("</robot>", tip),
+    );
+    folder.edit(
+        "cell.toml",
+        "position_m = [0.1, -0.2, 0.05]\nrpy_deg = [0, 0, 20]",
+        "position_m = [-2.5, 0, 0.5]",
+    );
+    folder.edit("cell.toml", "[{ turn = 0 }, { turn = 50 }]", "[{ turn = 0 }, { turn = 1 }]");
+    let text = study(&reach("own", "joint_limits = true, tool_m = 0.8"))
+        .replace("voxel_size_m = 0.05", "voxel_size_m = 0.02");
+    folder.write("study.toml", text.replace("max = [1.5, 1.5, 1.2]", "max = [1.5, 1.5, 2]"));
+    let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+    let worlds = World::prepare(&study, 0).unwrap();
+    let (grid, region) = (worlds[0].grid, &worlds[0].regions[0].voxels);
+    let region = region.to_window(grid.window());
+    // The middle of the tool's ball, 1 m high.
+    let middle = |voxel: &[i32; 3]| (grid.corner_m(*voxel) - DVec3::new(0.0, 0.0, 1.0)).length() < 0.6;
+    let missing =
+        BitGrid::full(grid.window()).voxels().filter(middle).filter(|voxel| !region.get(*voxel)).count();
+    assert_eq!(missing, 0);
+}
+
 #[test]
 fn limits_that_cannot_be() {
     for (keys, expected) in [

@@ -141,7 +141,7 @@ fn what_cannot_stand_anywhere_is_refused_before_anything_is_removed() {
     let none = |joints| ",,\n".repeat(joints);
     let arms = "5,0,0.9\n5,0.2,0.9\n5,0,0.6\n5,0.2,0.6\n";
     folder.write("aside.csv", format!("{}{arms}{}", none(5), none(8)));
-    wrong("\"bent\"", "\"aside.csv\"", &["postures.spots[0]", "person \"aside/0\" is in the grid"]);
+    wrong("\"bent\"", "\"aside.csv\"", &["postures.spots[0]", "place person \"aside/0\" in the grid"]);
     wrong("\"bent\"", "\"mine.csv\"", &["postures.people", "mine.csv", "cannot be read"]);
     folder.write("mine.csv", "x_m,y_m,z_m\n1,2,3\n");
     wrong("\"bent\"", "\"mine.csv\"", &["postures.people", "mine.csv", "has 1 joints"]);

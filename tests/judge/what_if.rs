@@ -315,7 +315,8 @@ fn postures_count_as_in_a_study_with_that_person_in_the_scene() {
                 .into_iter()
                 .enumerate()
         {
-            let person = format!("name = \"operator\"\nmannequin = \"{file}\"\nposition_m = [{at}");
+            let person =
+                format!("name = \"operator\"\nmannequin = \"{file}\"\nspeed_m_s = 0\nposition_m = [{at}");
             let mut own = objects.clone();
             own["object"].as_array_mut().unwrap().push(toml::from_str::<Table>(&person).unwrap().into());
             by_hand.push((format!("{name}/{spot}"), toml::to_string(&own).unwrap()));

@@ -56,22 +56,22 @@ pub fn read_link_surface(robot: &UrdfSpec, link: &str, sources: &Sources) -> Res
     Ok(meshes.into_iter().nth(number).unwrap_or_default())
 }
 
-/// All that a robot reaches within the limits of its joints, in the frame of its root; a tool of any direction adds
-/// to the last links.
+/// All that a robot reaches within the limits of its joints, in the frame of its root, with a tool of this length and of
+/// any direction on the last links and on those named.
 ///
 /// # Errors
 /// When a file cannot be read, or a limit is not one of the robot's joints.
 pub fn read_envelope(
     robot: &UrdfSpec,
     limits: &AxisLimits,
-    tool_m: f64,
+    tool: (f64, &[&str]),
     step_m: f64,
     sources: &Sources,
 ) -> Result<Envelope> {
     let model =
         urdf::load(&robot.path, &robot.xacro_args, &robot.packages, sources).map_err(with_key("urdf"))?;
     let meshes = model.meshes(robot.geometry, &robot.packages, sources, SAG_M).map_err(with_key("urdf"))?;
-    Ok(model.envelope(&meshes, limits, tool_m, step_m)?)
+    Ok(model.envelope(&meshes, limits, tool, step_m)?)
 }
 
 impl ObjectSpec {

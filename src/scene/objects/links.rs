@@ -90,7 +90,9 @@ impl Scene {
     /// # Errors
     /// Names the objects, or the links, there are.
     pub fn carrier(&self, on: &ObjectCarrier) -> Result<Pose, Issue> {
-        let carrier = self.objects.iter().find(|object| object.is_part_of(&on.object)).ok_or_else(|| {
+        let exactly = self.objects.iter().find(|object| object.name == on.object);
+        let part = || self.objects.iter().find(|object| object.is_part_of(&on.object));
+        let carrier = exactly.or_else(part).ok_or_else(|| {
             let known: Vec<&str> = self.objects.iter().map(|object| object.name.as_str()).collect();
             Issue::value("object", format!("{:?}", on.object), format!("must be another object: {known:?}"))
         })?;

@@ -4,7 +4,7 @@
 //!
 //! 1. `speed_m_s` of the object, or its list in `snapshots`, or the speed of its walk;
 //! 2. the times of its animation: the farthest way of a point of its surface since the snapshot before, or, at the
-//!    first, to the next, over the time between;
+//!    first, to the next, over the time between; of lists that begin anew, to the moment that is nearest in time;
 //! 3. the same of what carries it: its speed, or its times.
 //!
 //! Speeds are whole millimetres a second, so that they compare alike everywhere.
@@ -12,7 +12,7 @@
 use std::sync::Arc;
 
 use super::spec::ObjectSpec;
-use super::{Object, Surface};
+use super::{Object, ObjectCarrier, Surface};
 
 /// A speed in whole millimetres a second.
 pub fn to_mm_s(speed_m_s: f64) -> u32 {
@@ -25,8 +25,10 @@ pub fn is_known(object: &ObjectSpec, all: &[ObjectSpec]) -> bool {
         let times = &object.motion.times_s;
         times.iter().any(|time| *time != times[0])
     };
-    with_carriers(object, all)
-        .any(|one| one.speed_m_s.is_some() || !one.motion.speed_m_s.is_empty() || has_times(one))
+    // What is put down does not have its carrier's speed.
+    let chain =
+        with_carriers(object, all, |one| one.on.clone().filter(|_| !one.motion.carried.contains(&false)));
+    chain.into_iter().any(|one| one.speed_m_s.is_some() || !one.motion.speed_m_s.is_empty() || has_times(one))
 }
 
 /// For each snapshot how fast each part of an object moves; `moments` are its parts in each snapshot.
@@ -36,7 +38,8 @@ pub(super) fn speeds_mm_s(
     moments: &[Vec<Arc<Object>>],
 ) -> Vec<Vec<Option<u32>>> {
     let of = |(snapshot, parts): (usize, &Vec<Arc<Object>>)| {
-        let source = with_carriers(object, all).find_map(|one| source(one, snapshot, moments.len()));
+        let chain = with_carriers(object, all, |one| one.snapshot(snapshot).on);
+        let source = chain.into_iter().find_map(|one| source(one, snapshot, moments.len()));
         let part = |(number, part): (usize, &Arc<Object>)| match source? {
             SpeedSource::Written(speed_m_s) => Some(to_mm_s(speed_m_s)),
             SpeedSource::Since { snapshot, seconds } => {
@@ -49,12 +52,16 @@ pub(super) fn speeds_mm_s(
 }
 
 /// An object, what carries it, and so on. Objects that carry each other are refused before.
-fn with_carriers<'a>(object: &'a ObjectSpec, all: &'a [ObjectSpec]) -> impl Iterator<Item = &'a ObjectSpec> {
-    let carrier = |one: &&ObjectSpec| {
-        let on = one.on.as_ref()?;
+fn with_carriers<'a>(
+    object: &'a ObjectSpec,
+    all: &'a [ObjectSpec],
+    on: impl Fn(&ObjectSpec) -> Option<ObjectCarrier>,
+) -> Vec<&'a ObjectSpec> {
+    let carrier = |one: &&'a ObjectSpec| {
+        let on = on(one)?;
         all.iter().find(|other| other.name == on.object)
     };
-    std::iter::successors(Some(object), carrier).take(all.len() + 1)
+    std::iter::successors(Some(object), carrier).take(all.len() + 1).collect()
 }
 
 /// What decides how fast an object is.
@@ -81,7 +88,11 @@ fn source(object: &ObjectSpec, snapshot: usize, snapshots: usize) -> Option<Spee
     let is_other = |other: &usize| time_s(*other) != now_s;
     let before = (0..snapshot).rev().find(is_other).filter(|&other| time_s(other) < now_s);
     let after = || (snapshot + 1..snapshots).find(is_other).filter(|&other| time_s(other) > now_s);
-    before.or_else(after).map(since)
+    let nearest = || {
+        let others = (0..snapshots).filter(is_other);
+        others.min_by(|a, b| (time_s(*a) - now_s).abs().total_cmp(&(time_s(*b) - now_s).abs()))
+    };
+    before.or_else(after).or_else(nearest).map(since)
 }
 
 /// How far the fastest point of a part is from where it is at another moment, in metres: of its surface, if that has the
@@ -195,6 +206,23 @@ mod tests {
             speeds(&cycle, &[], &[0.0, 1.0, 2.0, 0.0, 1.0]),
             [Some(1000), Some(1000), Some(500), Some(1000), Some(1000)]
         );
+    }
+
+    #[test]
+    fn the_last_moment_of_a_list_that_begins_anew_has_a_speed() {
+        let cycle = object("cycle", MotionSpec { cycle: true, ..timed(&[0.0, 1.0, 2.0]) });
+        assert_eq!(speeds(&cycle, &[], &[0.0, 0.5, 0.6, 0.0]), [Some(500), Some(500), Some(100), Some(500)]);
+    }
+
+    #[test]
+    fn who_is_put_down_does_not_have_the_carts_speed() {
+        let cart = ObjectSpec { speed_m_s: Some(1.0), ..object("cart", MotionSpec::default()) };
+        let on = Some(ObjectCarrier { object: "cart".into(), link: None });
+        let motion = MotionSpec { carried: vec![true, false], ..MotionSpec::default() };
+        let driver = ObjectSpec { on, ..object("driver", motion) };
+        let all = [cart, driver.clone()];
+        assert_eq!(speeds(&driver, &all, &[0.0, 0.0]), [Some(1000), None]);
+        assert!(!is_known(&driver, &all));
     }
 
     #[test]

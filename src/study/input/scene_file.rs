@@ -200,7 +200,8 @@ pub(super) fn parse_scene(path: &Path, text: String) -> Result<SceneSpec, Vec<Er
         }
         interior = file.interior.unwrap_or(interior);
         let names: Vec<String> = file.object.iter().map(|entry| entry.name.clone()).collect();
-        let checked = file.object.into_iter().map(|entry| object::check(&at, entry, interior));
+        let on_robots = object::on_robots(&file.object);
+        let checked = file.object.into_iter().map(|entry| object::check(&at, entry, interior, &on_robots));
         objects = checked.filter_map(|object| problems.keep(object)).collect();
         problems.keep(at.unique("object", objects.iter().map(|o| o.name.as_str())));
         problems.keep(object::check_carriers(&at, &names, &objects));

@@ -66,12 +66,14 @@ fn reach_within(
     let RegionShape::RobotReach { object, tool_m, planes, .. } = shape else { return Ok(shape.clone()) };
     let robots = scene.objects.iter().filter(|one| object.as_ref().is_none_or(|name| one.name == *name));
     let mut robots = robots.filter_map(|one| match &one.surface {
-        SurfaceSpec::Urdf(robot) => Some(robot),
+        SurfaceSpec::Urdf(robot) => Some((&one.name, robot)),
         _ => None,
     });
-    let Some(robot) = robots.next() else { return Ok(shape.clone()) };
+    let Some((name, robot)) = robots.next() else { return Ok(shape.clone()) };
+    let carried = scene.objects.iter().filter_map(|one| one.on.as_ref()).filter(|on| on.object == *name);
+    let tool_links: Vec<&str> = carried.filter_map(|on| on.link.as_deref()).collect();
     let step_m = study.voxel_size_m / CELLS;
-    let envelope = read_envelope(robot, limits, *tool_m, step_m, &study.sources)
+    let envelope = read_envelope(robot, limits, (*tool_m, &tool_links), step_m, &study.sources)
         .map_err(|e| e.with_place("robot_reach"))?;
     let within_limits = Some(Arc::new(ReachedVoxels::new(envelope)));
     Ok(RegionShape::RobotReach {

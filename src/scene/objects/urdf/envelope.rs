@@ -66,19 +66,20 @@ struct Gathered<'a> {
     /// What hangs on each joint that moves, and how far others may be from it.
     sets: &'a [Option<(PolarSet, f64)>],
     tool_m: f64,
+    tool_links: &'a [&'a str],
 }
 
 impl RobotModel {
-    /// All that the links reach, and a tool of any direction beyond the last ones. Cells are about `step_m` long, or larger
+    /// All that the links reach, and a tool of any direction on the last ones and on those named. Cells are about `step_m` long, or larger
     /// for a robot that is large.
     ///
     /// # Errors
-    /// When a limit names no joint that moves so, or is wider than the URDF's.
+    /// When a limit names no joint that moves so, or is wider than the URDF's, and when a joint slides too far.
     pub(crate) fn envelope(
         &self,
         meshes: &[Mesh],
         limits: &AxisLimits,
-        tool_m: f64,
+        (tool_m, tool_links): (f64, &[&str]),
         step_m: f64,
     ) -> Result<Envelope, Issue> {
         self.check_limits(limits)?;
@@ -86,7 +87,7 @@ impl RobotModel {
         let mut sets: Vec<Option<(PolarSet, f64)>> = vec![None; self.links.len()];
         // Children come after their parents.
         for link in (0..self.links.len()).rev() {
-            let tool = if self.children(link).next().is_none() { tool_m } else { 0.0 };
+            let tool = if self.has_tool(link, tool_links) { tool_m } else { 0.0 };
             radii[link] =
                 meshes[link].vertices.iter().map(|at| at.length()).fold(radii[link].max(tool), f64::max);
             let Some(joint) = &self.links[link].joint else { continue };
@@ -95,11 +96,15 @@ impl RobotModel {
             if let Some(axis) = axis_of(&moves) {
                 let set_from_link = DAffine3::from_mat3(onto_z(axis));
                 let step_m = step_m.max(radii[link] * FINEST);
-                let mut set = PolarSet::new(step_m, radii[link], slid);
+                let mut set = PolarSet::new(step_m, radii[link], slid).ok_or_else(|| {
+                    let what = format!("joint {:?}: slides from {} to {} m", joint.name, slid[0], slid[1]);
+                    Issue::too_large(what)
+                        .with_advice(format!("limit it, as in limits_m = {{ {} = [0, 1] }}", joint.name))
+                })?;
                 let error_m = self.gather(
                     link,
                     &set_from_link,
-                    &Gathered { meshes, sets: &sets, tool_m },
+                    &Gathered { meshes, sets: &sets, tool_m, tool_links },
                     step_m,
                     &mut |at| set.add(at),
                 );
@@ -142,12 +147,10 @@ impl RobotModel {
         step_m: f64,
         add: &mut dyn FnMut(DVec3),
     ) -> f64 {
-        let Gathered { meshes, sets, tool_m } = *known;
+        let Gathered { meshes, sets, tool_m, tool_links } = *known;
         sample(&meshes[link], frame, step_m, add);
         let mut error_m = SAMPLED * step_m;
-        let mut is_last = true;
         for (child, joint) in self.children(link) {
-            is_last = false;
             let from_joint = *frame * joint.parent_from_joint;
             error_m = error_m.max(match (&sets[child], axis_of(&joint.motion)) {
                 (Some((set, error)), Some(axis)) => {
@@ -158,10 +161,15 @@ impl RobotModel {
                 _ => self.gather(child, &from_joint, known, step_m, add),
             });
         }
-        if is_last && tool_m > 0.0 {
+        if tool_m > 0.0 && self.has_tool(link, tool_links) {
             sample_ball(frame.translation, tool_m, step_m, add);
         }
         error_m
+    }
+
+    /// Whether a tool may be on a link: it is the last of its chain, or one of these.
+    fn has_tool(&self, link: usize, tool_links: &[&str]) -> bool {
+        self.children(link).next().is_none() || tool_links.contains(&self.links[link].name.as_str())
     }
 
     fn children(&self, link: usize) -> impl Iterator<Item = (usize, &Joint)> {
@@ -190,6 +198,10 @@ impl RobotModel {
         let turns = limits.limits_deg.iter().map(|named| ("limits_deg", named));
         let slides = limits.limits_m.iter().map(|named| ("limits_m", named));
         for (key, (name, written)) in turns.chain(slides) {
+            if let Some(follows) = find(name).and_then(|joint| joint.follows.as_ref()) {
+                let wrong = format!("mimics {:?}: limit that joint", follows.joint);
+                return Err(Issue::value(format!("{key}.{name}"), format!("{written:?}"), wrong));
+            }
             let own = match find(name).map(|joint| &joint.motion) {
                 None => Err(format!("{} has no such joint; {}", self.path.display(), self.movable())),
                 Some(JointMotion::Turn { limits_rad, .. }) if key == "limits_deg" => {

@@ -62,9 +62,11 @@ impl ReachedVoxels {
         }
         let mut voxels = BitGrid::new(window);
         self.envelope.for_each(&mut |at| voxels.set(voxel(at)));
-        voxels.add(&enclosed_voxels(&voxels));
         let error_m = self.envelope.error_m() + HALF_DIAGONAL * grid.voxel_size_m;
-        let voxels = Arc::new(expand(&voxels, error_m, grid)?);
+        // Before that, surfaces may have gaps between their points.
+        let mut voxels = expand(&voxels, error_m, grid)?;
+        voxels.add(&enclosed_voxels(&voxels));
+        let voxels = Arc::new(voxels);
         *known = Some((*world_from_root, *grid, voxels.clone()));
         Ok(voxels)
     }

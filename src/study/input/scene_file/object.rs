@@ -11,7 +11,24 @@ use perirobot_march::error::Issue;
 use perirobot_scene::objects::spec::{MotionSpec, NodeRule, ObjectSpec, SurfaceSpec};
 use perirobot_scene::objects::{Interior, ObjectCarrier, Optical, RadarOptics, Role};
 
-pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -> Result<ObjectSpec> {
+/// The names of the objects that are on a link of a robot, or on such an object.
+pub(super) fn on_robots(entries: &[ObjectFile]) -> Vec<String> {
+    let carrier = |entry: &&ObjectFile| {
+        let on = entry.on.as_ref()?;
+        entries.iter().find(|other| other.name == on.object)
+    };
+    let chain = |entry| std::iter::successors(Some(entry), carrier).take(entries.len());
+    let is_on_link = |entry: &ObjectFile| entry.on.as_ref().is_some_and(|on| on.link.is_some());
+    let on_robots = entries.iter().filter(|entry| chain(*entry).any(is_on_link));
+    on_robots.map(|entry| entry.name.clone()).collect()
+}
+
+pub(super) fn check(
+    at: &Place,
+    entry: ObjectFile,
+    default_interior: Interior,
+    on_robots: &[String],
+) -> Result<ObjectSpec> {
     let at = &at.key(&format!("object {:?}", entry.name));
     let person =
         PersonKeys { layout: entry.layout, unit: entry.unit, up: entry.up, bones: entry.bones.as_ref() };
@@ -19,9 +36,7 @@ pub(super) fn check(at: &Place, entry: ObjectFile, default_interior: Interior) -
     refuse_strange_keys(at, &entry, &surface)?;
     let (position_m, rotation) = pose(at, &entry, &surface)?;
     let interior = interior(at, entry.interior, &surface)?.unwrap_or(default_interior);
-    let role = entry
-        .role
-        .unwrap_or_else(|| usual_role(&surface, entry.on.as_ref().is_some_and(|on| on.link.is_some())));
+    let role = entry.role.unwrap_or_else(|| usual_role(&surface, on_robots.contains(&entry.name)));
     refuse_strange_keypoints(at, &entry, &surface, role, &person)?;
     let keypoints = entry.keypoints.as_ref().map(|path| person.joints(at, "keypoints", path)).transpose()?;
     let has_role = entry.role.is_some();

@@ -18,12 +18,21 @@ pub(super) struct PolarSet {
     words: Vec<u64>,
 }
 
+/// Most cells, of which a byte holds eight: 64 MiB.
+const MOST_CELLS: f64 = 5e8;
+
 /// A point is at most this many steps from the middle of its cell.
 pub(super) const HALF_CELL: f64 = 0.87;
 
 impl PolarSet {
-    /// The empty set of all points within a radius of the origin, and as much higher or lower as they may slide.
-    pub(super) fn new(step_m: f64, radius_m: f64, slide_m: [f64; 2]) -> PolarSet {
+    /// The empty set of all points within a radius of the origin, and as much higher or lower as they may slide; `None` if
+    /// that takes too many cells.
+    pub(super) fn new(step_m: f64, radius_m: f64, slide_m: [f64; 2]) -> Option<PolarSet> {
+        let rings = radius_m / step_m + 2.0;
+        let layers = (slide_m[1] - slide_m[0] + 2.0 * radius_m) / step_m + 4.0;
+        if TAU * rings * rings * layers > MOST_CELLS {
+            return None;
+        }
         let cells = |metres: f64| (metres / step_m).floor() as i64;
         let (lowest, highest) =
             (cells(slide_m[0].min(0.0) - radius_m) - 1, cells(slide_m[1].max(0.0) + radius_m) + 1);
@@ -34,7 +43,7 @@ impl PolarSet {
         }
         let layers = (highest - lowest + 1) as usize;
         let cells = layers * begins[begins.len() - 1];
-        PolarSet { step_m, lowest, layers, begins, words: vec![0; cells.div_ceil(64)] }
+        Some(PolarSet { step_m, lowest, layers, begins, words: vec![0; cells.div_ceil(64)] })
     }
 
     /// Adds the cell of a point.
@@ -149,7 +158,7 @@ mod tests {
             DVec3::new(at.x * angle.cos() - at.y * angle.sin(), at.x * angle.sin() + at.y * angle.cos(), at.z)
         };
         for angles in [[-0.5, 1.5], [0.2, 0.2], [-3.0, 3.0], [5.0, 7.0]] {
-            let mut set = PolarSet::new(0.01, 0.7, [0.0, 0.0]);
+            let mut set = PolarSet::new(0.01, 0.7, [0.0, 0.0]).unwrap();
             set.add(at);
             set.turn(angles);
             for part in 0..=20 {
@@ -163,7 +172,8 @@ mod tests {
                 assert!(!has(&set, turned(angles[0] - more * 2.0)), "{angles:?}");
             }
         }
-        let mut set = PolarSet::new(0.01, 0.7, [-0.2, 0.3]);
+        let mut set = PolarSet::new(0.01, 0.7, [-0.2, 0.3]).unwrap();
+        assert_eq!(PolarSet::new(0.01, 0.7, [-1e6, 1e6]), None);
         set.add(at);
         set.slide([-0.2, 0.3]);
         for (z, is_reached) in [(-0.2, true), (0.0, true), (0.3, true), (-0.23, false), (0.33, false)] {

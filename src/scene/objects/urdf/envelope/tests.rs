@@ -80,7 +80,7 @@ fn vertices(model: &RobotModel, meshes: &[Mesh], [shoulder, elbow, slide]: [f64;
 fn whatever_the_joints_do_the_robot_stays_within_its_envelope() {
     let (model, meshes) = (arm(), meshes());
     for limits in [AxisLimits::default(), narrow()] {
-        let envelope = model.envelope(&meshes, &limits, 0.0, 0.02).unwrap();
+        let envelope = model.envelope(&meshes, &limits, (0.0, &[]), 0.02).unwrap();
         assert!(envelope.error_m() < 0.08, "{}", envelope.error_m());
         let mut near = Near::new(envelope.error_m());
         envelope.for_each(&mut |at| near.add(at));
@@ -99,7 +99,7 @@ fn whatever_the_joints_do_the_robot_stays_within_its_envelope() {
 fn an_envelope_is_hardly_larger_than_what_joint_values_reach() {
     let (model, meshes) = (arm(), meshes());
     for limits in [AxisLimits::default(), narrow()] {
-        let envelope = model.envelope(&meshes, &limits, 0.0, 0.01).unwrap();
+        let envelope = model.envelope(&meshes, &limits, (0.0, &[]), 0.01).unwrap();
         let [shoulder, elbow, slide] = ranges(&limits);
         let at =
             |[low, high]: [f64; 2], part: u32, of: u32| low + (high - low) * f64::from(part) / f64::from(of);
@@ -144,7 +144,7 @@ fn ranges(limits: &AxisLimits) -> [[f64; 2]; 3] {
 fn a_tool_reaches_beyond_the_last_link_and_nowhere_else() {
     let (model, meshes) = (arm(), meshes());
     let farthest = |tool_m: f64| {
-        let envelope = model.envelope(&meshes, &AxisLimits::default(), tool_m, 0.01).unwrap();
+        let envelope = model.envelope(&meshes, &AxisLimits::default(), (tool_m, &[]), 0.01).unwrap();
         let mut farthest: f64 = 0.0;
         envelope.for_each(&mut |at| farthest = farthest.max(at.truncate().length()));
         (farthest, envelope.error_m())
@@ -159,7 +159,7 @@ fn limits_that_are_wrong_are_named() {
         let map =
             |all: &[(&str, [f64; 2])]| all.iter().map(|(name, limits)| (name.to_string(), *limits)).collect();
         let limits = AxisLimits { limits_deg: map(limits_deg), limits_m: map(limits_m) };
-        arm().envelope(&meshes(), &limits, 0.0, 0.02).unwrap_err().to_string()
+        arm().envelope(&meshes(), &limits, (0.0, &[]), 0.02).unwrap_err().to_string()
     };
     for (found, expected) in [
         (
