@@ -45,7 +45,7 @@ fn what_cannot_be_written_is_refused_in_words() {
     fs::create_dir(folder.path().join("mine")).unwrap();
     fs::write(folder.path().join("mine/cell.toml"), "# mine").unwrap();
     let words = planner.refused("/open", json!({ "template": "welding", "folder": "mine" }), 400);
-    assert!(words.contains("cell.toml") && words.contains("is there already"), "{words}");
+    assert!(words.contains("cell.toml") && words.contains("exists and would be overwritten"), "{words}");
     assert_eq!(fs::read_dir(folder.path().join("mine")).unwrap().count(), 1);
     let words = planner.refused("/open", json!({ "template": "kitchen", "folder": "new" }), 400);
     assert!(words.contains("\"kitchen\"") && words.contains("palletiser"), "{words}");

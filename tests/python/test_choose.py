@@ -44,7 +44,7 @@ class Choose(unittest.TestCase):
 
     def test_a_study_that_asks_nothing_is_told_how(self):
         study = pr.Study.load(ROOT / "scenes/tiny.toml")
-        with self.assertRaisesRegex(ValueError, r"tiny\.toml: .*choose.*say what is looked for"):
+        with self.assertRaisesRegex(ValueError, r"tiny\.toml: .*choose.*add \[choose\]"):
             study.choose()
         best = study.choose(objective="f1", region="robot", at_most=1, backend="cpu")
         [answer] = best.front().itertuples()

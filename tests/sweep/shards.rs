@@ -220,13 +220,17 @@ fn a_merge_writes_only_where_it_may() {
     let before = fs::read(folder.path("out/shard-0-of-2/counts.journal")).unwrap();
     let outcome = perirobot(&["merge", zero, zero, one]);
     assert_eq!(outcome.code, Some(2));
-    assert!(outcome.stderr.contains("contains shard 0 of 2: name another folder"), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("contains shard 0 of 2: name another output folder"),
+        "{}",
+        outcome.stderr
+    );
     assert!(fs::read(folder.path("out/shard-0-of-2/counts.journal")).unwrap() == before);
     folder.write("out/counts.journal", [b'x'; 300]);
     let outcome = merge(&folder, &[]);
     assert_eq!(outcome.code, Some(2));
     assert!(
-        outcome.stderr.contains("is not a journal of perirobot; name another folder"),
+        outcome.stderr.contains("is not a journal of perirobot; name another output folder"),
         "{}",
         outcome.stderr
     );

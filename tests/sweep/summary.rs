@@ -189,7 +189,7 @@ fn files_that_do_not_fit_together_are_refused() {
     for (edit, expected) in [
         (("poses.csv", "x_m", "x"), &["line 1", "no column \"x_m\""][..]),
         (("poses.csv", ",place", ",where"), &["line 1", "no column \"place\""]),
-        (("poses.csv", "wall/0/1", "wall/0/0"), &["line 3, column pose: \"wall/0/0\" stands twice"]),
+        (("poses.csv", "wall/0/1", "wall/0/0"), &["line 3, column pose: \"wall/0/0\" occurs twice"]),
         (
             ("poses.csv", "wall/0/0,wall,-1,", "wall/0/0,wall,-1.5,"),
             &["differs from the table of manifest.json"],
@@ -206,8 +206,14 @@ fn files_that_do_not_fit_together_are_refused() {
             ("poses.csv", "", "camera,wall/9,wall,0,0,0,1,0,0,0,,,wall\n"),
             &["a row beyond those of manifest.json"],
         ),
-        (("manifest.json", "\"repeats\": 2", "\"repeats\": 3"), &["counts.journal", "of another sweep"]),
-        (("manifest.json", "\"seed\": 7", "\"seed\": 8"), &["counts.journal", "of another sweep"]),
+        (
+            ("manifest.json", "\"repeats\": 2", "\"repeats\": 3"),
+            &["counts.journal", "another sweep than manifest.json"],
+        ),
+        (
+            ("manifest.json", "\"seed\": 7", "\"seed\": 8"),
+            &["counts.journal", "another sweep than manifest.json"],
+        ),
         (
             ("manifest.json", "\"repeats\": 2", "\"repeats\": 0"),
             &["has an impossible number of rows: 0 (repeats = 0)"],
@@ -234,7 +240,7 @@ fn folders_without_results_are_refused() {
         ("study.toml", None, "study.toml: is not a folder"),
         ("out", Some("counts.journal"), "counts.journal: cannot be read"),
         ("out", Some("poses.csv"), "poses.csv: cannot be read"),
-        ("out", Some("manifest.json"), "manifest.json: cannot be read"),
+        ("out", Some("manifest.json"), "manifest.json: does not exist"),
     ] {
         if let Some(name) = remove {
             fs::remove_file(folder.path("out").join(name)).unwrap();
