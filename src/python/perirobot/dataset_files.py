@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import time
+import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, BinaryIO
@@ -137,7 +138,8 @@ def _replaced(path: str) -> Iterator[BinaryIO]:
 
 def _unfinished(path: str) -> str:
     folder, name = os.path.split(path)
-    return os.path.join(folder, f".{name}.{os.getpid()}.part")
+    # Machines that share a folder may have the same process numbers.
+    return os.path.join(folder, f".{name}.{uuid.uuid4().hex}.part")
 
 
 def _remove_stale(path: str) -> None:

@@ -16,6 +16,7 @@ use answer::PurchaseAnswer;
 use perirobot_decide::approach::Way;
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
+use perirobot_study::sensor::Sensor;
 use tile::{BigNumber, blind_share, cost_of, tiles};
 
 /// The first screen.
@@ -91,10 +92,7 @@ impl FirstScreen {
             letter: letter.clone().unwrap_or_default(),
             name: of.sensor.clone(),
             place: if pose.place.is_empty() { pose.name.clone() } else { pose.place.clone() },
-            cost: study.sensors[member.sensor]
-                .terms
-                .cost
-                .map_or(String::new(), |cost| cost.to_text(currency)),
+            cost: cost_text(&study.sensors[member.sensor], currency),
         });
         let members = spec.members.iter().map(|member| &study.sensors[member.sensor]);
         let mut thinned: Vec<String> = members
@@ -242,4 +240,9 @@ fn render_sensor(sensor: &RecommendedSensor) -> Markup {
             }
         }
     }
+}
+/// The cost of a sensor, marked if it is a list price.
+fn cost_text(sensor: &Sensor, currency: Option<&str>) -> String {
+    let mark = if sensor.list_price.is_some() { " (list price, to be checked)" } else { "" };
+    sensor.terms.cost.map_or(String::new(), |cost| cost.to_text(currency) + mark)
 }

@@ -139,12 +139,10 @@ pub(super) fn cost_of(study: &Study, combination: usize) -> Option<Cost> {
 fn cost(sweep: &ReportedSweep, rankings: &[Ranking], recommended: &Recommended) -> BigNumber {
     let name = "cost".into();
     let Some(sum) = cost_of(sweep.study, rankings[recommended.series].series.combination) else {
-        return BigNumber {
-            name,
-            value: "–".into(),
-            meaning: "the study has no costs".into(),
-            notes: Vec::new(),
-        };
+        let has_costs = sweep.study.sensors.iter().any(|sensor| sensor.terms.cost.is_some());
+        let meaning = if has_costs { "not all sensors have a cost" } else { "the study has no costs" };
+        let notes = sweep.study.describe_list_prices().into_iter().collect();
+        return BigNumber { name, value: "–".into(), meaning: meaning.into(), notes };
     };
     let of_chosen = sweep.chosen.and_then(|chosen| chosen.asked.budget);
     let budget = of_chosen.or_else(|| sweep.purchase?.asked.budget);
