@@ -23,7 +23,7 @@ pub(crate) fn choose(
     })
 }
 
-/// Checks what [`Study::choose`] wrote: sets counted again; steps proven again, bounded, open.
+/// Checks what `choose` wrote: sets counted again; steps proven again, bounded, open.
 #[pyfunction]
 pub(crate) fn verify(
     py: Python<'_>,
@@ -53,7 +53,7 @@ pub(crate) fn cheapest(
     })
 }
 
-/// Checks what [`Study::cheapest`] wrote: sets judged again, ways in followed again, claims searched again, open.
+/// Checks what `cheapest` wrote: sets judged again, ways in followed again, claims searched again, open.
 #[pyfunction]
 pub(crate) fn verify_cheapest(
     py: Python<'_>,
@@ -68,7 +68,7 @@ pub(crate) fn verify_cheapest(
     })
 }
 
-/// Judges what [`Study::choose`] wrote, and writes the verdicts beside it.
+/// Judges what `choose` wrote, and writes the verdicts beside it.
 #[pyfunction]
 pub(crate) fn judge(
     py: Python<'_>,
