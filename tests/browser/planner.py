@@ -508,7 +508,7 @@ def chosen(address):
         browser.run("document.getElementById('open-palletiser').click()")
         browser.until("return !document.getElementById('complaint').hidden", "words")
         words = browser.run("return document.getElementById('complaint').textContent")
-        assert "is there already" in words, words
+        assert "exists and would be overwritten" in words, words
         browser.run("document.getElementById('folder-palletiser').value = './second'; document.getElementById('open-palletiser').click()")
         browser.until("return document.body.dataset.version !== undefined", "the planner")
         browser.until("return document.body.dataset.ready === 'yes'", "the planner")
