@@ -190,7 +190,7 @@ fn what_is_not_a_floor_is_refused_or_warned_of() {
     refused("step_m = 0.2", "floor_m = 0.0", &["approach: both floor and floor_m", "leave out floor_m"]);
     refused("floor = \"auto\"", "", &["approach: step_m without floor", "add floor = \"auto\""]);
     refused("step_m = 0.2", "step_m = 4", &["approach.step_m = 4: must be a height in metres from 0 to 3"]);
-    refused("\"auto\"", "\"level\"", &["auto"]);
+    refused("\"auto\"", "\"level\"", &["unknown variant `level`", "`auto`"]);
     refused(
         "box = { min_m = [-2, -1, -0.5], max_m = [-1, 1, 2] }",
         "box = { min_m = [-2, -1, 0.4], max_m = [-1, 1, 3] }",

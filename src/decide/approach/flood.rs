@@ -1,5 +1,6 @@
 //! How far a body can go unnoticed: from some places to all that steps join, by shortest paths. A step leads to one of
-//! the 26 neighbours; of a body that walks on surfaces, to one of the 8 columns beside its own, so many layers up or down.
+//! the 26 neighbours; a body that walks on surfaces steps to one of the 8 columns beside its own, up or down by at most the
+//! layers that it climbs.
 //!
 //! # Theory
 //! Dijkstra's shortest paths (1959). Steps are 1000, 1414 and 1732 long, thousandths of a voxel, and so on, rounded down,
@@ -11,8 +12,8 @@ use perirobot_march::voxel::{BitGrid, Window};
 /// No path leads there.
 const FAR: u64 = u64::MAX;
 
-/// The steps of a body that moves freely, or of one that walks and climbs so many layers in a step: by how much its place
-/// changes, and the length; along z before y before x.
+/// The steps of a body that moves freely, or that walks and climbs at most `climbs` layers in a step: the change of its
+/// place, and the length; along z before y before x.
 pub(super) fn steps(climbs: Option<u32>) -> Vec<([i32; 3], u64)> {
     let layers = climbs.map_or(1, |layers| layers as i32);
     let each = || -1..=1;
@@ -148,7 +149,7 @@ mod tests {
     use super::super::body::tests::scatter;
     use super::*;
 
-    /// The length of a step from one place to another, if it is one: of at most so many layers, or to a neighbour.
+    /// The length of a step from one place to another; `None` if it is neither a climb of few enough layers nor a neighbour.
     fn step(from: [i32; 3], to: [i32; 3], climbs: Option<u32>) -> Option<u64> {
         let apart: [u32; 3] = std::array::from_fn(|r| from[r].abs_diff(to[r]));
         let [x, y, z] = apart.map(|n| n as usize);

@@ -62,7 +62,7 @@ pub struct ApproachAnswer {
     pub farthest: u32,
     /// The object that stands before the narrowest place, or before the deepest one if there is none.
     pub shadow: Option<String>,
-    /// Of a body that walks, the object between it and the hazard that it does not climb, seen from the deepest place.
+    /// The object between a walking body and the hazard that it does not climb, seen from the deepest place.
     pub fence: Option<String>,
     /// The sensors that latch, by their names, and for each whether the body gets into its zone without having been noticed
     /// on the way.

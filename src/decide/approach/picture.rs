@@ -106,7 +106,7 @@ pub fn floor_plan(ground: &Ground, answers: &[ApproachAnswer], plan: &BodyPlan) 
     let answers: Vec<&ApproachAnswer> = answers.iter().filter(of_plan).collect();
     let mut joined = BitGrid::new(plan.open.window());
     answers.iter().for_each(|answer| joined.add(&answer.found.reached));
-    // Of a body that walks, the layers of all its places, which are over and under each other in some columns.
+    // A walking body may have places over each other in one column: all their layers are drawn.
     let layers = match body.climbs {
         Some(_) => plan.free.bounds(),
         None => ground.places[plan.body],

@@ -85,7 +85,7 @@ pub fn walked_surfaces(study: &Study, worlds: &[World], watchers: &[Watcher]) ->
     Ok(Some(found))
 }
 
-/// The height in metres of the lowest surface at a spot with so much room above, at the first snapshot of a scene and
+/// The height in metres of the lowest surface at a spot with `room_m` free above, at the first snapshot of a scene and
 /// without its people; rounded down to a voxel. `None` if there is none.
 pub(crate) fn spot_height_m(world: &World, spot_m: DVec3, room_m: f64) -> Option<f64> {
     let (truth, grid) = (world.truth_without_people(), &world.grid);

@@ -1,4 +1,4 @@
-//! What `perirobot check` warns of if bodies walk on surfaces: platforms and pits to which none walks.
+//! Warnings of `perirobot check` if bodies walk on surfaces: platforms and pits that no body reaches.
 
 use super::body::{Body, Sums};
 use super::flood::steps;
@@ -40,7 +40,7 @@ pub(super) fn traps(ground: &Ground, moment: &ApproachMoment) -> Vec<String> {
     let mut warnings: Vec<String> =
         all.iter().take(FEW).map(|one| describe(ground, moment, body, one)).collect();
     if all.len() > FEW {
-        warnings.push(format!("bodies walk to {} smaller surfaces neither", all.len() - FEW));
+        warnings.push(format!("{} smaller surfaces are not reached either", all.len() - FEW));
     }
     warnings
 }

@@ -16,7 +16,7 @@ use perirobot_scene::truth::{RegionShape, voxelize, voxelize_all};
 use perirobot_study::input::{Posture, RegionSpec, Study};
 use perirobot_study::world::{World, cut_warnings};
 
-/// A spot has so much room above what carries a person, in metres.
+/// Free height above the surface that carries a person at a spot, in metres.
 const ROOM_M: f64 = 1.8;
 
 /// A study in which one person replaces the people of its scenes, and its worlds.

@@ -69,7 +69,7 @@ fn with_carriers<'a>(
 enum SpeedSource {
     /// The scene file, in metres a second.
     Written(f64),
-    /// How far it is from where it is at another snapshot, so many seconds before or after.
+    /// Its distance from its place at another snapshot, this many seconds before or after.
     Since { snapshot: usize, seconds: f64 },
 }
 

@@ -56,7 +56,7 @@ struct Cell<'g> {
     solid: BitGrid,
     /// What is of neither a robot nor a person and has nothing solid right above, in some snapshot.
     surfaces: BitGrid,
-    /// Of each body that walks, the voxels right below it, from its place; `None` of others.
+    /// The voxels right below each walking body, from its place; `None` for other bodies.
     below: Vec<Option<Vec<[i32; 3]>>>,
     hazard: BitGrid,
     /// The surface voxels of the hazard: one of them is the nearest.

@@ -70,8 +70,8 @@ struct Gathered<'a> {
 }
 
 impl RobotModel {
-    /// All that the links reach, and a tool of any direction on the last ones and on those named. Cells are about `step_m` long, or larger
-    /// for a robot that is large.
+    /// All that the links reach, and a tool of any direction on the last ones and on those named. Cells are about `step_m`
+    /// long, or larger for a large robot.
     ///
     /// # Errors
     /// When a limit names no joint that moves so, or is wider than the URDF's, and when a joint slides too far.

@@ -29,7 +29,7 @@ impl PolarSet {
     /// that takes too many cells.
     pub(super) fn new(step_m: f64, radius_m: f64, slide_m: [f64; 2]) -> Option<PolarSet> {
         let rings = radius_m / step_m + 2.0;
-        let layers = (slide_m[1] - slide_m[0] + 2.0 * radius_m) / step_m + 4.0;
+        let layers = (slide_m[1].max(0.0) - slide_m[0].min(0.0) + 2.0 * radius_m) / step_m + 4.0;
         if TAU * rings * rings * layers > MOST_CELLS {
             return None;
         }
@@ -173,7 +173,8 @@ mod tests {
             }
         }
         let mut set = PolarSet::new(0.01, 0.7, [-0.2, 0.3]).unwrap();
-        assert_eq!(PolarSet::new(0.01, 0.7, [-1e6, 1e6]), None);
+        // Also where a joint slides little, far away.
+        assert_eq!([[-1e6, 1e6], [1e6, 1e6 + 1.0]].map(|far| PolarSet::new(0.01, 0.7, far)), [None, None]);
         set.add(at);
         set.slide([-0.2, 0.3]);
         for (z, is_reached) in [(-0.2, true), (0.0, true), (0.3, true), (-0.23, false), (0.33, false)] {
