@@ -1,5 +1,8 @@
 //! `check`: what it says of a study, of its rays, and of all that is wrong with it at once.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
 use crate::common::program::{self, Edit, Folder, Outcome, perirobot, text};
 
 const STUDY: &str = "study.toml";
@@ -220,6 +223,40 @@ fn check_lists_what_is_wrong_with_each_scene() {
     }
     assert!(outcome.stderr.ends_with("3 problems\n"), "{}", outcome.stderr);
     assert!(outcome.stdout.contains("sensors\n"), "what is right is listed: {}", outcome.stdout);
+}
+
+/// Copies a folder, with a mesh that is missing in each scene, and gives the studies in it.
+fn copy_without_mesh(from: &Path, to: &Path) -> Vec<PathBuf> {
+    fs::create_dir_all(to).unwrap();
+    let copy = |path: PathBuf| {
+        let copy = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            return copy_without_mesh(&path, &copy);
+        }
+        let keys = fs::read_to_string(&path).unwrap_or_default();
+        if keys.starts_with("#:schema") && keys.contains("scene.schema.json") {
+            fs::write(copy, keys + "\n[[object]]\nname = \"gone\"\nmesh = \"gone.stl\"\n").unwrap();
+            return Vec::new();
+        }
+        fs::copy(&path, &copy).unwrap();
+        if keys.starts_with("#:schema") { vec![copy] } else { Vec::new() }
+    };
+    fs::read_dir(from).unwrap().flat_map(|entry| copy(entry.unwrap().path())).collect()
+}
+
+/// Whatever a study asks, it is refused in words if none of its scenes can be read.
+#[test]
+fn check_survives_scenes_that_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let studies = copy_without_mesh(&scenes, folder.path());
+    assert!(studies.len() > 14, "{studies:?}");
+    for study in studies {
+        let outcome = perirobot(&["check", text(&study), "--backend", "cpu", "--all"]);
+        let said = format!("{}: {}", study.display(), outcome.stderr);
+        assert_eq!(outcome.code, Some(2), "{said}");
+        assert!(outcome.stderr.contains("object \"gone\""), "{said}");
+    }
 }
 
 /// Poses in millimetres make a grid that cannot be; the cure is not a larger voxel.

@@ -1,5 +1,5 @@
 //! `scenes/delivery.toml`: a gripper and a carton on a robot's link, a forklift with a driver that mutes a light curtain, and dark
-//! cloth. What is wrong with the curtain alone, and what mends it.
+//! cloth. What is wrong with the curtain alone, and what mends it. `scenes/latching.toml`: a curtain that latches in its place.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::common::program::{perirobot, rows, text};
 
 const STUDY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/delivery.toml");
+const LATCHING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/latching.toml");
 
 /// The rows of a table of a command on the study.
 fn run(arguments: &[&str], folder: &Path, table: &str) -> Vec<HashMap<String, String>> {
@@ -48,4 +49,26 @@ fn people_walk_in_while_the_curtain_is_muted() {
         // The robot ends more than a metre before the curtain.
         assert_eq!(*deepest_m < 1.0, is_muted, "{near:?}");
     }
+}
+
+/// Nobody walks in past the latching curtain, at any moment and whoever gives cover; who is inside already is not detected.
+#[test]
+fn the_latching_curtain_is_proven_from_the_gangway() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = run(&["approach", LATCHING, "--pose", "here"], &folder.path().join("near"), "approach.csv");
+    // Of each body, with people absent and as cover, at seven moments and at all at once.
+    for (entry, passed) in [("gangway", ""), ("inside", "curtain")] {
+        let here: Vec<_> = all.iter().filter(|row| row["entry"] == entry).collect();
+        assert_eq!(here.len(), 2 * 2 * 8);
+        assert!(here.iter().all(|row| row["latches_passed"] == passed), "{entry}: {here:?}");
+    }
+    let swept = folder.path().join("swept");
+    let rows = run(&["sweep", LATCHING, "--backend", "cpu"], &swept, "results.csv");
+    let people =
+        rows.iter().map(|row| ["people_detected", "people"].map(|column| row[column].parse().unwrap()));
+    // The operator is within the fence from the third moment on; the driver stays outside.
+    let expected: [[u32; 2]; 7] = [[0, 0], [0, 0], [1, 1], [1, 1], [1, 1], [1, 1], [1, 1]];
+    assert_eq!(people.collect::<Vec<[u32; 2]>>(), expected);
+    let judged = perirobot(&["judge", text(&swept)]);
+    assert_eq!(judged.code, Some(0), "{}", judged.stdout);
 }

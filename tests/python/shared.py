@@ -14,6 +14,7 @@ STUDIES = {
     "choose.toml": 0.1,
     "delivery.toml": None,
     "judge.toml": 0.1,
+    "latching.toml": None,
     "quick.toml": 0.1,
     "sensors.toml": None,
     "tiny.toml": None,

@@ -29,14 +29,16 @@ pub fn check_approach<'w>(study: &Study, worlds: &'w [World]) -> Result<Vec<(&'w
     if !asks || !study.approach.entries.iter().any(|entry| stays(&entry.place)) {
         return Ok(Vec::new());
     }
-    let between = between_rays(study, &worlds[0]);
+    // Of scenes that could not be read nothing is known.
+    let Some(first) = worlds.first() else { return Ok(Vec::new()) };
+    let between = between_rays(study, first);
     let (mut study, entries) = (study.clone(), study.approach.entries.len());
     study.approach.entries.retain(|entry| stays(&entry.place));
     let scenes = worlds.chunk_by(|one, next| one.scene == next.scene);
     scenes
         .map(|of_scene| {
             let name = of_scene[0].name.as_str();
-            let is_first = of_scene[0].scene == worlds[0].scene;
+            let is_first = of_scene[0].scene == first.scene;
             let mut warnings: Vec<String> = between.iter().filter(|_| is_first).cloned().collect();
             let ground = Ground::new(&study, of_scene, &[])?;
             if study.stopping.is_none() && !ground.walks() {

@@ -115,6 +115,7 @@ fn every_study_that_ships_has_its_plans() {
         "judge.toml",
         "approach.toml",
         "delivery.toml",
+        "latching.toml",
         "sensors.toml",
         "tutorial/study.toml",
         "paper/exp1.toml",
