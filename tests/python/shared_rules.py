@@ -12,7 +12,9 @@ def quantised(value: float) -> int:
     return int(math.copysign(math.floor(abs(value) + 0.5), value))
 
 
-def path(origin_q16: list[int], direction_q16: list[int], shape: tuple[int, ...]) -> Iterator[tuple[int, tuple[int, ...]]]:
+def path(
+    origin_q16: list[int], direction_q16: list[int], shape: tuple[int, ...]
+) -> Iterator[tuple[int, tuple[int, ...]]]:
     """The voxels that a ray enters inside a grid, each with the distance in 1/65536 voxels, as the rules have it."""
     voxel, step, period, due = [], [], [], []
     for at, along in zip(origin_q16, direction_q16):

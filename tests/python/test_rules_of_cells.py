@@ -120,7 +120,8 @@ class Robots(Quiet):
     PAD = {"name": "pad", "kind": "pad", "size_m": [0.4, 0.4], "height_m": 1.0}
 
     def study(self, objects: list[dict[str, object]], *regions: dict[str, object]) -> pr.Study:
-        pad = {**self.PAD, "poses": [{"name": "floor", "list": [{"position_m": [1.5, 1.5, 0.05], "facing": [1, 0, 0]}]}]}
+        place = {"position_m": [1.5, 1.5, 0.05], "facing": [1, 0, 0]}
+        pad = {**self.PAD, "poses": [{"name": "floor", "list": [place]}]}
         return study_of(objects, [list(corner) for corner in self.BOUNDS], sensor=[pad], region=[ALL, *regions])
 
     def robot(self, angles_deg: list[list[float]]) -> dict[str, object]:
