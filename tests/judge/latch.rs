@@ -67,6 +67,13 @@ box = { min_m = [1.0, -1.5, 0], max_m = [2.0, 1.5, 2.2] }
 /// At the second moment the carton is in the curtain.
 const CARTON_IN: (&str, &str, &str) = ("cell.toml", "[1.5, 0, 0.15]]", "[0.05, 0, 0.35]]");
 
+/// The left part of the fence ends 60 cm from the wall.
+const GAP: (&str, &str, &str) = (
+    "cell.toml",
+    "size_m = [0.1, 1.0, 2.3] }\nposition_m = [0.05, 1.0, 1.15]",
+    "size_m = [0.1, 0.4, 2.3] }\nposition_m = [0.05, 0.7, 1.15]",
+);
+
 fn folder(edits: &[(&str, &str, &str)]) -> Folder {
     let folder = Folder::new();
     folder.write("study.toml", STUDY);
@@ -103,13 +110,7 @@ fn a_latch_at_the_only_opening_holds() {
 
 #[test]
 fn a_latch_beside_a_gap_does_not_hold() {
-    // The left part of the fence ends 60 cm from the wall.
-    let gap = (
-        "cell.toml",
-        "size_m = [0.1, 1.0, 2.3] }\nposition_m = [0.05, 1.0, 1.15]",
-        "size_m = [0.1, 0.4, 2.3] }\nposition_m = [0.05, 0.7, 1.15]",
-    );
-    let (said, passed) = approach(&[gap]);
+    let (said, passed) = approach(&[GAP]);
     assert!(said.contains(FAILS) && !said.contains(HOLDS), "{said}");
     assert_eq!(passed, ["curtain"; 3]);
 }
@@ -152,6 +153,28 @@ fn a_latch_detects_who_came_in() {
     // Without a latch nobody is in the curtain, and the person behind it is not detected, though the carton trips it.
     assert_eq!(verdict(&[CARTON_IN]), (Some(0), at(["1", "1"])));
     assert_eq!(verdict(&[("study.toml", "latch = true\n", ""), CARTON_IN]), (Some(4), at(["0", "0"])));
+}
+
+/// Verdicts that count on a latch say whether it is proven.
+#[test]
+fn judge_warns_of_a_latch_that_is_not_proven() {
+    let said = |edits: &[(&str, &str, &str)]| {
+        let folder = folder(edits);
+        let (study, out) = (folder.path("study.toml"), folder.path("out"));
+        let outcome = perirobot(&["sweep", text(&study), "--backend", "cpu", "--out", text(&out)]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        perirobot(&["judge", text(&out)]).stderr
+    };
+    let latches = "sensor \"curtain\" latches";
+    assert!(said(&[]).contains("latches: verdicts count people in its zone as detected, which they are if"));
+    let near = (
+        "study.toml",
+        "[approach]",
+        "[[require]]\nname = \"far\"\nscore = \"nearest_unnoticed_m\"\nat_least = 0.1\n[approach]",
+    );
+    assert!(!said(&[near]).contains(latches), "it holds");
+    assert!(said(&[near, GAP]).contains("its latch does not hold: standing from outside gets into its zone"));
+    assert!(!said(&[("study.toml", "latch = true\n", "")]).contains(latches));
 }
 
 #[test]

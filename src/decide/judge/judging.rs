@@ -16,7 +16,7 @@ use super::scope::counted_conditions;
 use super::speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 use super::table::{conditions_csv, requirements_csv};
 use super::what_if::WhatIf;
-use crate::approach::fusion_warning;
+use crate::approach::{fusion_warning, latch_warnings};
 use crate::controller::{MeasuredMoment, separation_csv};
 use crate::view::Choice;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends};
@@ -90,11 +90,16 @@ impl<'a> Judging<'a> {
         let what_ifs: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
         let grounds = SharedGround::of_choices(&what_ifs)?;
         let near = choices.iter().filter(|_| !grounds.is_empty());
-        let fused: BTreeSet<String> = near.filter_map(|choice| fusion_warning(study, choice)).collect();
+        let mut warnings: BTreeSet<String> =
+            near.filter_map(|choice| fusion_warning(study, choice)).collect();
+        for (number, choice) in choices.iter().enumerate() {
+            let own = grounds.iter().find_map(|ground| ground.of_choice(number)).unwrap_or_default();
+            warnings.extend(latch_warnings(study, worlds, choice, own)?);
+        }
         let at_speeds = at_each_speed(study);
         let mut cut_off = cut_off(study, worlds, &at_speeds);
         cut_off.extend(check_postures(study, worlds)?);
-        let warnings = fused.into_iter().collect();
+        let warnings = warnings.into_iter().collect();
         Ok(Judging { study, worlds, results, choices, what_ifs, grounds, at_speeds, warnings, cut_off })
     }
 

@@ -54,6 +54,11 @@ impl<'a> SharedGround<'a> {
         each.into_iter().map(shared).collect()
     }
 
+    /// The scenes of a choice, if it is one of these.
+    pub(super) fn of_choice(&self, choice: usize) -> Option<&[Ground<'a>]> {
+        self.choices.contains(&choice).then_some(&self.grounds)
+    }
+
     /// How many cases [`SharedGround::come_near`] looks at, in each scene and repeat for itself.
     pub(super) fn total(&self, what_ifs: &[WhatIf]) -> u64 {
         let companies: usize = self.grounds.iter().map(|ground| ground.companies().len()).sum();

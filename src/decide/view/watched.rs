@@ -143,6 +143,16 @@ impl<'a> Watchers<'a> {
         Station { rays: self.tables[one.sensor].as_ref(), ..at }
     }
 
+    /// Those that latch in a world.
+    pub(crate) fn latching(&self, world: &World) -> Vec<usize> {
+        let truth = world.truth();
+        let latches = |one: &&Watcher| {
+            let station = self.station(one, world, &truth);
+            !self.study.sensors[one.sensor].kind.latched(&station).is_empty()
+        };
+        self.each.iter().filter(latches).map(|one| one.sensor).collect()
+    }
+
     /// The objects in front of unwatched voxels: for each index in [`Truth::objects`], how often the sensor ray nearest
     /// to a voxel ends in it before the voxel, within its range.
     pub fn blocking_objects(

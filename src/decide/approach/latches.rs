@@ -1,0 +1,62 @@
+//! Whether the latches of a choice hold, for verdicts that count people in their zones as detected.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::ground::Ground;
+use super::moments::at_once;
+use crate::view::Choice;
+use crate::view::watched::Watchers;
+use perirobot_march::Result;
+use perirobot_study::input::Study;
+use perirobot_study::world::World;
+
+/// A warning for each sensor of a choice that latches and whose latch is not proven to hold. `grounds` are the scenes in which
+/// approaches are asked for the choice; empty if they are not.
+///
+/// # Errors
+/// When a snapshot has no hazard.
+pub(crate) fn latch_warnings(
+    study: &Study,
+    worlds: &[World],
+    choice: &Choice,
+    grounds: &[Ground],
+) -> Result<Vec<String>> {
+    let watchers = Watchers::new(study, *choice);
+    let latching: BTreeSet<usize> = worlds.iter().flat_map(|world| watchers.latching(world)).collect();
+    if latching.is_empty() {
+        return Ok(Vec::new());
+    }
+    if grounds.is_empty() {
+        let warning = |sensor| {
+            format!(
+                "sensor {:?} latches: verdicts count people in its zone as detected, which they are if nobody gets in without \
+                 tripping it: perirobot approach tells, and so does a requirement on nearest_unnoticed_m",
+                watchers.name(sensor)
+            )
+        };
+        return Ok(latching.into_iter().map(warning).collect());
+    }
+    let mut passed: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for ground in grounds {
+        for answer in at_once(ground, ground.worlds, &watchers)? {
+            let way = || {
+                let [body, entry] =
+                    [&ground.bodies[answer.body].name, &study.approach.entries[answer.entry].name];
+                format!("{body} from {entry}")
+            };
+            let through = answer.latches.iter().filter(|(_, is_passed)| *is_passed);
+            through.for_each(|(sensor, _)| {
+                passed.entry(sensor.clone()).or_default().insert(way());
+            });
+        }
+    }
+    let warning = |(sensor, ways): (String, BTreeSet<String>)| {
+        let ways: Vec<String> = ways.into_iter().collect();
+        format!(
+            "sensor {sensor:?} latches, and its latch does not hold: {} gets into its zone without tripping it; verdicts count \
+             people in its zone as detected all the same",
+            ways.join(", ")
+        )
+    };
+    Ok(passed.into_iter().map(warning).collect())
+}
