@@ -17,10 +17,13 @@ mod viewer;
 pub mod watched;
 pub mod why;
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 pub use find::{ChoiceSelector, find, find_scene};
 pub use outline::Outline;
+use why::witness::Fan;
+
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::BlockerSearch;
 use perirobot_march::backend::{Backend, Evidence, GridPose, Planes, Rays};
@@ -86,6 +89,8 @@ pub struct View<'a> {
     tables: Arc<Vec<Option<Rays>>>,
     /// Finds the objects that end single rays; created at the first use.
     search: Arc<OnceLock<BlockerSearch>>,
+    /// The same for switches that sense their field by rays, and these rays.
+    fans: Arc<OnceLock<BTreeMap<usize, Fan>>>,
 }
 
 /// A label compared with the truth.

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
+use super::why::witness::Fan;
 use super::{Choice, SensorView, View};
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::BlockerSearch;
@@ -34,6 +35,7 @@ struct LoadedWorld<'a> {
     window: Window,
     truth: Arc<Truth>,
     search: Arc<OnceLock<BlockerSearch>>,
+    fans: Arc<OnceLock<BTreeMap<usize, Fan>>>,
 }
 
 /// A sensor at a candidate in a repeat, by their indices.
@@ -131,7 +133,8 @@ impl<'a, 'b> Viewer<'a, 'b> {
         let loaded = match before {
             Some(known) => LoadedWorld { window, ..known },
             None => {
-                LoadedWorld { study, tables, world, window, truth: world.truth(), search: Arc::default() }
+                let (search, fans) = (Arc::default(), Arc::default());
+                LoadedWorld { study, tables, world, window, truth: world.truth(), search, fans }
             }
         };
         self.loaded = Some(loaded.clone());
@@ -179,7 +182,7 @@ impl<'a> LoadedWorld<'a> {
 
     /// The view of a choice from the complete evidence of its sensors.
     fn view(&self, choice: Choice, members: Vec<SensorView>) -> View<'a> {
-        let LoadedWorld { study, tables, world, window, truth, search } = self.clone();
+        let LoadedWorld { study, tables, world, window, truth, search, fans } = self.clone();
         let combination = &study.combinations[choice.combination];
         let representations = combination.representations(&study.sensors).swap_remove(choice.representation);
         let voice = |(member, way): (&SensorView, usize)| {
@@ -187,6 +190,6 @@ impl<'a> LoadedWorld<'a> {
         };
         let voices: Vec<_> = members.iter().zip(representations).map(voice).collect();
         let labels = fuse(window, combination.fusion, &voices);
-        View { study, world, truth, choice, members, labels, tables, search }
+        View { study, world, truth, choice, members, labels, tables, search, fans }
     }
 }

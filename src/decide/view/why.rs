@@ -10,9 +10,9 @@
 //! | reason | condition | monitored |
 //! |---|---|---|
 //! | `out_of_view` | the centre is outside the field of view, and the ray does not cross the voxel; for a sensor without rays: the voxel is outside its volume | no |
-//! | `out_of_range` | the ray enters the voxel beyond the longest range, or, if it misses it, the centre is beyond | no |
+//! | `out_of_range` | the ray enters the voxel beyond the longest range, or before the shortest of a radar, or, if it misses it, the centre is beyond | no |
 //! | `muted` | the voxel is in the volume of a switch that is muted at this moment | no |
-//! | `silent` | the voxel is in the volume of a switch that is off, which certifies nothing | yes |
+//! | `silent` | the voxel is in the volume of a switch that is off, which certifies nothing; or a thing that stands still stops a radar there | yes |
 //! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
 //! | `hidden` | the ray returned from an object before it came to the voxel | yes |
 //! | `blind` | the ray ended, before or behind the voxel, in an object closer than the shortest range | yes |
@@ -36,6 +36,7 @@
 //! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the
 //!   first in the scene's order. Tags and see-through objects end no ray. The blocker may be the voxel's own
 //!   object: its far side, or its inside.
+//! * Outside its field the rays of a radar decide, and the objects that stop them.
 //! * Of several sensors, the reason in the latest row of the table counts; of equals, that of the first sensor.
 //!   So a silent switch does not replace the reason of a ray, and a voxel is out of view only if it is so for all.
 //! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.
@@ -50,21 +51,15 @@
 
 mod nearest;
 pub(super) mod sight;
+pub(super) mod witness;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::{SensorView, View};
-use perirobot_march::backend::cpu::{BlockerSearch, RaysFrom};
-use perirobot_march::backend::{Rays, Shades};
-use perirobot_march::march::{self, leap};
 use perirobot_march::voxel::BitGrid;
-use perirobot_scene::truth::{ObjectVoxels, Truth};
-use perirobot_study::sensor::Extent;
-use perirobot_study::sensor::look::RayDirection;
-use sight::{Look, Sight};
+use witness::Witness;
 
 /// Why a voxel is unknown, in the order of the table above: later reasons are closer to a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -239,125 +234,6 @@ fn cause(witnesses: &[Witness], voxel: [i32; 3]) -> Cause {
     // The first of equals, so that the object does not depend on later sensors.
     let latest = all.reduce(|best, next| if next.reason > best.reason { next } else { best });
     latest.unwrap_or(Cause { reason: Reason::OutOfView, object: None })
-}
-
-/// Finds why one sensor has no label for a voxel.
-struct Witness<'a> {
-    truth: &'a Truth,
-    member: &'a SensorView,
-    means: Means<'a>,
-}
-
-enum Means<'a> {
-    /// A sensor with rays, with the search for their ends.
-    Rays { sight: Sight<'a>, rays: &'a Rays, search: &'a BlockerSearch, from: RaysFrom },
-    /// A sensor that labels a volume, with the reason for its unlabelled voxels.
-    Volume { voxels: BitGrid, otherwise: Reason },
-}
-
-impl<'a> Witness<'a> {
-    fn new(view: &'a View, member: &'a SensorView) -> Self {
-        let (truth, kind) = (&view.truth, &view.study.sensors[member.sensor].kind);
-        let means = match &view.tables[member.sensor] {
-            Some(rays) if member.casts => {
-                let sight = Sight::new(rays, &member.placement, kind.field_of_view());
-                let search = view.search.get_or_init(|| BlockerSearch::new(&truth.blockers));
-                let from = search.rays_from(member.placement.caster().origin_q16);
-                Means::Rays { sight, rays, search, from }
-            }
-            _ => {
-                let station = view.world.station(
-                    view.study,
-                    truth,
-                    [member.sensor, member.candidate, view.choice.repeat],
-                );
-                let mut voxels = BitGrid::new(truth.grid.window());
-                if let Extent::Only(volume) | Extent::RaysAnd(volume) = kind.reach(&station) {
-                    voxels.add(&volume);
-                }
-                if let Some(volume) = kind.wherever_it_stands(truth) {
-                    voxels.add(&volume);
-                }
-                let says_nothing = member.says.occupied.is_empty() && member.says.free.is_empty();
-                let otherwise = match says_nothing {
-                    true if kind.is_muted(&station) => Reason::Muted,
-                    true => Reason::Silent,
-                    false => Reason::Misread,
-                };
-                Means::Volume { voxels, otherwise }
-            }
-        };
-        Witness { truth, member, means }
-    }
-
-    fn cause(&self, voxel: [i32; 3]) -> Cause {
-        let because = |reason| Cause { reason, object: None };
-        if self.member.says.occupied.get(voxel) || self.member.says.free.get(voxel) {
-            return because(Reason::Cancelled);
-        }
-        match &self.means {
-            Means::Volume { voxels, otherwise } if voxels.get(voxel) => because(*otherwise),
-            Means::Volume { .. } => because(Reason::OutOfView),
-            Means::Rays { sight, rays, search, from } => {
-                let Look { in_view, ray, squared_q32 } = sight.look(voxel);
-                let begin = ray.map(|ray| (ray, sight.start(ray)));
-                let crosses =
-                    begin.and_then(|(ray, begin)| Some((ray, begin, leap::entry_q16(&begin, voxel)?)));
-                // If no ray crosses the voxel, the ray nearest to it.
-                let gates = ray.map_or(rays.gates, |ray| rays.gates_of(ray as usize));
-                let range_q16 = gates.range_max_q16;
-                match crosses {
-                    None if !in_view => because(Reason::OutOfView),
-                    None if squared_q32 > i128::from(range_q16).pow(2) => because(Reason::OutOfRange),
-                    None => because(Reason::BetweenRays),
-                    Some((_, _, entered_q16)) if entered_q16 > range_q16 => because(Reason::OutOfRange),
-                    Some((ray, begin, entered_q16)) => {
-                        let way = RayDirection::new(&self.member.placement, rays.dirs_q15[ray as usize]);
-                        let hit = search.first(from, way.truly_q16, &gates);
-                        self.end_reason((ray, hit), &begin, rays, (voxel, entered_q16))
-                    }
-                }
-            }
-        }
-    }
-
-    /// Why a voxel stays unknown although a believed ray crosses it within its range; the true ray ended at an object
-    /// or nothing.
-    fn end_reason(
-        &self,
-        (ray, hit): (u32, Option<march::Crossing>),
-        begin: &march::March,
-        rays: &Rays,
-        (voxel, entered_q16): ([i32; 3], u32),
-    ) -> Cause {
-        let because = |reason| Cause { reason, object: None };
-        let from = &self.member.placement;
-        let Some(hit) = hit else { return because(Reason::NoReturn) };
-        let gates = rays.gates_of(ray as usize);
-        let is_too_dark = |shades: &Shades| shades.is_too_weak(hit.voxel, hit.t_q16, &gates);
-        let reason = if hit.t_q16 < gates.range_min_q16 {
-            Reason::Blind
-        } else if self.truth.shades.as_deref().is_some_and(is_too_dark) {
-            Reason::TooDark
-        } else if march::is_lost(march::draw(from.draws, ray), rays.noise.lost_below) {
-            return because(Reason::NoReturn);
-        } else {
-            // All rays from one voxel to another cross the same number of boundaries; for shifted mounts, distances are
-            // compared instead.
-            let crossings = |to: [i32; 3]| (0..3).map(|r| to[r].abs_diff(begin.voxel[r])).sum::<u32>();
-            let is_before = match from.truly {
-                None => crossings(voxel) > crossings(hit.voxel),
-                Some(_) => entered_q16 > hit.t_q16,
-            };
-            if !is_before {
-                return because(Reason::Misread);
-            }
-            Reason::Hidden
-        };
-        let objects = &self.truth.objects;
-        let stands = |object: &Arc<ObjectVoxels>| object.stops_rays && object.voxels.get(hit.voxel);
-        Cause { reason, object: objects.iter().position(stands) }
-    }
 }
 
 #[cfg(test)]

@@ -208,6 +208,11 @@ pub trait Kind: Debug + Send + Sync {
         None
     }
 
+    /// The rays by which a switch that is not cast on backends senses its field; `None` for any other sensor.
+    fn fan(&self, _voxel_size_m: f64) -> Option<Rays> {
+        None
+    }
+
     /// Where its rays look. With it, voxels between rays can be distinguished from voxels outside the view.
     fn field_of_view(&self) -> FieldOfView {
         FieldOfView::Spacing

@@ -187,7 +187,7 @@ impl Radar {
     }
 
     /// Rays all over its field of view, by azimuth, then by elevation, from the lowest on.
-    fn fan(&self, voxel_size_m: f64) -> Rays {
+    fn all_rays(&self, voxel_size_m: f64) -> Rays {
         let [columns, rows] = self.ray_counts(voxel_size_m);
         let angle = |span_rad: f64, number: usize, count: usize| {
             libm::sincos(span_rad * (number as f64 / (count - 1) as f64 - 0.5))
@@ -208,7 +208,7 @@ impl Radar {
     fn sensed(&self, at: &Station) -> BitGrid {
         let grid = &at.truth.grid;
         let from = placement(self, &at.pose(), grid, 0);
-        ray_watch(&self.fan(grid.voxel_size_m), &from, &at.truth.radar.blockers, None)
+        ray_watch(&self.all_rays(grid.voxel_size_m), &from, &at.truth.radar.blockers, None)
     }
 
     /// What it labels of where it senses: not what stands still and stops it, except people.
@@ -247,6 +247,10 @@ impl Kind for Radar {
 
     fn representations(&self) -> Vec<&'static str> {
         vec!["volume"]
+    }
+
+    fn fan(&self, voxel_size_m: f64) -> Option<Rays> {
+        Some(self.all_rays(voxel_size_m))
     }
 
     fn field_of_view(&self) -> FieldOfView {

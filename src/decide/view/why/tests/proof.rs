@@ -5,13 +5,29 @@ use glam::DVec3;
 
 use super::*;
 use crate::view::why::nearest::gap;
-use perirobot_march::backend::Fusion;
-use perirobot_march::march::{NEVER, pcg};
-use perirobot_study::sensor::{FieldOfView, MEASURES, quantise_q15};
+use perirobot_march::backend::{Fusion, Rays};
+use perirobot_march::march::{self, NEVER, pcg};
+use perirobot_scene::truth::ObjectVoxels;
+use perirobot_study::sensor::{Extent, FieldOfView, MEASURES, quantise_q15};
 
-/// The expected evidence of a sensor for a voxel, and the voxel that ended its ray: searches all rays by single steps;
+/// The expected reason of a sensor for a voxel, and the object that ended its ray: searches all rays by single steps;
 /// shares only directions, fields of view and gaps with the tested code.
 fn plain(
+    view: &View,
+    (member, volume): (&SensorView, Option<&BitGrid>),
+    voxel: [i32; 3],
+) -> (Reason, Option<usize>) {
+    let kind = &view.study.sensors[member.sensor].kind;
+    let objects = &view.truth.objects;
+    let is_radar = kind.name() == "radar";
+    let stops = |object: &ObjectVoxels| if is_radar { object.stops_radar } else { object.stops_rays };
+    let (reason, hit) = plain_end(view, (member, volume), voxel);
+    let stands = |hit| objects.iter().position(|object| stops(object) && object.voxels.get(hit));
+    (reason, hit.and_then(stands))
+}
+
+/// The same with the voxel that ended the ray.
+fn plain_end(
     view: &View,
     (member, volume): (&SensorView, Option<&BitGrid>),
     voxel: [i32; 3],
@@ -20,9 +36,12 @@ fn plain(
     if member.says.occupied.get(voxel) || member.says.free.get(voxel) {
         return (Reason::Cancelled, None);
     }
-    let (true, Some(rays)) = (member.casts, &view.tables[member.sensor]) else {
-        let inside = volume.is_some_and(|volume| volume.get(voxel));
-        return (reason_without_rays(view, member, voxel, inside), None);
+    let inside = volume.is_some_and(|volume| volume.get(voxel));
+    let fan = kind.fan(truth.grid.voxel_size_m).filter(|_| !inside);
+    let (rays, blockers) = match (member.casts, &view.tables[member.sensor], &fan) {
+        (true, Some(rays), _) => (rays, &truth.blockers),
+        (_, _, Some(fan)) => (fan, &truth.radar.blockers),
+        _ => return (reason_without_rays(view, member, voxel, inside), None),
     };
     let from = &member.placement;
     let way = [0, 1, 2].map(|r| f64::from(voxel[r]) + 0.5 - f64::from(from.origin_q16[r]) / 65_536.0);
@@ -59,11 +78,11 @@ fn plain(
             if is_believed && at.voxel == voxel {
                 entered = entered.or(Some(t));
             }
-            if !truth.blockers.window().contains(at.voxel) {
+            if !blockers.window().contains(at.voxel) {
                 left = is_cast && t <= gates.range_max_q16;
                 break;
             }
-            let stops = is_cast && t >= gates.near_ignore_q16 && truth.blockers.get(at.voxel);
+            let stops = is_cast && t >= gates.near_ignore_q16 && blockers.get(at.voxel);
             if stops && end.is_none() && t <= gates.range_max_q16 {
                 let crossed = entered.is_some_and(|entered| is_believed || entered <= t);
                 end = Some((at.voxel, t, crossed));
@@ -87,6 +106,18 @@ fn plain(
             _ => (Reason::BetweenRays, None),
         };
     };
+    if fan.is_some() {
+        let is_too_near = entered < gates.range_min_q16 || entered < gates.near_ignore_q16;
+        return match end {
+            _ if entered > gates.range_max_q16 || is_too_near => (Reason::OutOfRange, None),
+            Some((hit, _, false)) => (Reason::Hidden, Some(hit)),
+            Some((hit, ..)) if hit == voxel => (Reason::Silent, None),
+            _ => {
+                assert_eq!(entered, 0, "it senses what its rays cross");
+                (Reason::BetweenRays, None)
+            }
+        };
+    }
     match end {
         _ if entered > gates.range_max_q16 => (Reason::OutOfRange, None),
         Some((hit, t, _)) if t < gates.range_min_q16 => (Reason::Blind, Some(hit)),
@@ -186,7 +217,6 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
         let sums = [together(|t| t.occupied), together(|t| t.free), together(|t| t.human)];
         assert_eq!(sums, [counts.uo, counts.uf, counts.human.uo], "{:?}\n{rerun}", view.choice);
     }
-    let objects = &view.truth.objects;
     let volumes: Vec<_> = view.members.iter().map(|member| volume(view, member)).collect();
     for Missed { cause, voxels } in &missed {
         met[cause.reason as usize] += voxels.count();
@@ -194,9 +224,8 @@ fn check(view: &View, every: usize, met: &mut [u64; Reason::ALL.len()], rerun: &
             let members = view.members.iter().zip(volumes.iter().map(Option::as_ref));
             let expected_causes: Vec<_> = members.map(|member| plain(view, member, voxel)).collect();
             let reason = expected_causes.iter().map(|(reason, _)| *reason).max().unwrap();
-            let hit = expected_causes.iter().find(|one| one.0 == reason).and_then(|one| one.1);
-            let stops = |hit| objects.iter().position(|object| object.stops_rays && object.voxels.get(hit));
-            let expected = Cause { reason, object: hit.and_then(stops) };
+            let object = expected_causes.iter().find(|one| one.0 == reason).and_then(|one| one.1);
+            let expected = Cause { reason, object };
             assert_eq!(*cause, expected, "{voxel:?} of {:?}\n{rerun}", view.choice);
             assert_eq!(
                 cause.object.is_some(),
