@@ -155,6 +155,29 @@ fn a_latch_detects_who_came_in() {
     assert_eq!(verdict(&[("study.toml", "latch = true\n", ""), CARTON_IN]), (Some(4), at(["0", "0"])));
 }
 
+/// Before anything is swept `check` says what states whether a latch holds.
+#[test]
+fn check_tells_what_proves_a_latch() {
+    let said = |edits: &[(&str, &str, &str)]| {
+        let folder = folder(edits);
+        let outcome =
+            perirobot(&["check", text(&folder.path("study.toml")), "--backend", "cpu", "--poses", "0"]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        outcome.stderr
+    };
+    assert!(
+        said(&[]).contains("sensor \"curtain\": latches: people in its zone count as detected on the way in")
+    );
+    assert!(said(&[]).contains("perirobot approach states whether there is another way in"));
+    let approach = STUDY.split_once("[approach]").unwrap().1;
+    let without = said(&[("study.toml", &format!("[approach]{approach}"), "")]);
+    assert!(
+        without.contains("add [approach], with an [[approach.entry]] where people come from"),
+        "{without}"
+    );
+    assert!(!said(&[("study.toml", "latch = true\n", "")]).contains("latches"));
+}
+
 /// Verdicts that count on a latch say whether it is proven.
 #[test]
 fn judge_warns_of_a_latch_that_is_not_proven() {

@@ -8,21 +8,15 @@ use crate::view::Choice;
 use crate::view::watched::Watchers;
 use perirobot_march::Result;
 use perirobot_study::input::Study;
-use perirobot_study::world::World;
 
 /// A warning for each sensor of a choice that latches and whose latch is not proven to hold. `grounds` are the scenes in which
 /// approaches are asked for the choice; empty if they are not.
 ///
 /// # Errors
 /// When a snapshot has no hazard.
-pub(crate) fn latch_warnings(
-    study: &Study,
-    worlds: &[World],
-    choice: &Choice,
-    grounds: &[Ground],
-) -> Result<Vec<String>> {
+pub(crate) fn latch_warnings(study: &Study, choice: &Choice, grounds: &[Ground]) -> Result<Vec<String>> {
     let watchers = Watchers::new(study, *choice);
-    let latching: BTreeSet<usize> = worlds.iter().flat_map(|world| watchers.latching(world)).collect();
+    let latching = watchers.latching();
     if latching.is_empty() {
         return Ok(Vec::new());
     }

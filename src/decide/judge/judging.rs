@@ -94,7 +94,7 @@ impl<'a> Judging<'a> {
             near.filter_map(|choice| fusion_warning(study, choice)).collect();
         for (number, choice) in choices.iter().enumerate() {
             let own = grounds.iter().find_map(|ground| ground.of_choice(number)).unwrap_or_default();
-            warnings.extend(latch_warnings(study, worlds, choice, own)?);
+            warnings.extend(latch_warnings(study, choice, own)?);
         }
         let at_speeds = at_each_speed(study);
         let mut cut_off = cut_off(study, worlds, &at_speeds);

@@ -1,7 +1,7 @@
 //! The voxels that a choice of poses watches at one moment of a scene, with or without its people, and the objects
 //! in front of the others. [`perirobot_study::sensor::watch`] defines *watched*.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::Choice;
@@ -143,14 +143,10 @@ impl<'a> Watchers<'a> {
         Station { rays: self.tables[one.sensor].as_ref(), ..at }
     }
 
-    /// Those that latch in a world.
-    pub(crate) fn latching(&self, world: &World) -> Vec<usize> {
-        let truth = world.truth();
-        let latches = |one: &&Watcher| {
-            let station = self.station(one, world, &truth);
-            !self.study.sensors[one.sensor].kind.latched(&station).is_empty()
-        };
-        self.each.iter().filter(latches).map(|one| one.sensor).collect()
+    /// The numbers of those that latch.
+    pub(crate) fn latching(&self) -> BTreeSet<usize> {
+        let sensors = self.each.iter().map(|one| one.sensor);
+        sensors.filter(|&sensor| self.study.sensors[sensor].kind.latches()).collect()
     }
 
     /// The objects in front of unwatched voxels: for each index in [`Truth::objects`], how often the sensor ray nearest

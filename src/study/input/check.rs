@@ -103,6 +103,7 @@ pub(super) fn study(path: &Path, overrides: &Overrides, sources: Sources) -> Res
     warnings.extend(of_catalogue.into_iter().flatten());
     warnings.extend(stopping.iter().flat_map(|stopping| stopping.warnings.clone()));
     warnings.extend(demands.approach.warning());
+    warnings.extend(latch_warnings(&sensors, &demands));
     if has_candidates {
         warnings.extend(candidates::warnings(&regions));
     }
@@ -215,6 +216,25 @@ fn demands(
     };
     let requirements = require::check(at, take(&mut file.require), &known)?;
     Ok(Demands { mounting_error, approach, has_approach, postures, requirements })
+}
+
+/// What verdicts take for granted of sensors that latch, and what states whether it is so.
+fn latch_warnings(sensors: &[Sensor], demands: &Demands) -> Vec<String> {
+    let asks = demands.has_approach || demands.requirements.iter().any(Requirement::is_of_nearness);
+    let proof = match asks {
+        true => "perirobot approach states whether there is another way in",
+        false => {
+            "nothing states whether there is another way in: add [approach], with an [[approach.entry]] where people come from"
+        }
+    };
+    let warning = |sensor: &Sensor| {
+        format!(
+            "sensor {:?}: latches: people in its zone count as detected on the way in, and must be outside when it is reset; \
+             {proof}",
+            sensor.name
+        )
+    };
+    sensors.iter().filter(|sensor| sensor.kind.latches()).map(warning).collect()
 }
 
 /// A recording shows the people who were there, and nobody else.

@@ -208,6 +208,11 @@ pub trait Kind: Debug + Send + Sync {
         None
     }
 
+    /// Whether it stays on until it is reset, so that people who tripped it on their way count as detected.
+    fn latches(&self) -> bool {
+        false
+    }
+
     /// The rays by which a switch that is not cast on backends senses its field; `None` for any other sensor.
     fn fan(&self, _voxel_size_m: f64) -> Option<Rays> {
         None

@@ -1,7 +1,5 @@
 //! A light curtain: its zone counts as occupied while something is in the gate.
 
-use std::sync::Arc;
-
 use serde::Deserialize;
 
 use super::shared::{Silence, prism};
@@ -54,14 +52,6 @@ impl KindFile for GateFile {
 
     fn check(self, at: &Place, context: &Context) -> Result<Checked> {
         check_muting(at, &self, context)?;
-        let mut warnings = Vec::new();
-        if self.latch {
-            warnings.push(
-                "latches: people in its zone count as detected on the way in; perirobot approach states whether \
-                 there is another way in, and people must be outside when it is reset"
-                    .into(),
-            );
-        }
         let gate = Gate {
             gate: prism(at, "box", &self.r#box)?,
             zone: prism(at, "zone", &self.zone)?,
@@ -71,7 +61,7 @@ impl KindFile for GateFile {
             muted_by: self.muted_by,
             muted_at: self.muted_at,
         };
-        Ok(Checked { kind: Arc::new(gate), warnings })
+        Ok(gate.into())
     }
 }
 
@@ -189,6 +179,10 @@ impl Kind for Gate {
         level(at)?;
         self.gate.check(&at.pose(), &at.truth.grid).map_err(|e| e.with_place("box"))?;
         self.zone.check(&at.pose(), &at.truth.grid).map_err(|e| e.with_place("zone"))
+    }
+
+    fn latches(&self) -> bool {
+        self.latches
     }
 
     fn is_muted(&self, at: &Station) -> bool {
