@@ -57,6 +57,33 @@ fn may_hit(sent: March, last_q16: u32) -> bool {
         || comes_near(sent, other, vec3<u32>(setup.others_x, setup.others_y, setup.others_z), farthest);
 }
 
+// How far those of a shade, from 1 to 7, return light.
+fn shade_range_q16(shade: u32) -> u32 {
+    switch shade {
+        case 1u: {
+            return table.shade_range_1_q16;
+        }
+        case 2u: {
+            return table.shade_range_2_q16;
+        }
+        case 3u: {
+            return table.shade_range_3_q16;
+        }
+        case 4u: {
+            return table.shade_range_4_q16;
+        }
+        case 5u: {
+            return table.shade_range_5_q16;
+        }
+        case 6u: {
+            return table.shade_range_6_q16;
+        }
+        default: {
+            return table.shade_range_7_q16;
+        }
+    }
+}
+
 // Whether what a ray hit is too dark for its distance: the light that it returns is not detected.
 fn is_too_weak(sent: March, slant: Slant, found: u32) -> bool {
     if table.shaded == 0u || setup.shades_word == 0u || found == NO_HIT {
@@ -65,12 +92,7 @@ fn is_too_weak(sent: March, slant: Slant, found: u32) -> bool {
     let hit_q16 = found >> 2u;
     let made = made_at3(sent.next_q16, sent.period_q16, sent.rate, hit_q16, i32(found & 3u));
     let shade = shade_of(sent.voxel + sent.step * vec3<i32>(made));
-    let range_q16 = select(
-        select(table.shade_range_3_q16, table.shade_range_2_q16, shade == 2u),
-        table.shade_range_1_q16,
-        shade == 1u,
-    );
-    return shade != 0u && hit_q16 > ray_range_q16(range_q16, slant.period_q16);
+    return shade != 0u && hit_q16 > ray_range_q16(shade_range_q16(shade), slant.period_q16);
 }
 
 fn cast_ray(placement: GridPose, ray: u32, end_word: u32) {

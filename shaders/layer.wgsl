@@ -8,14 +8,15 @@ fn brick_at(voxel: vec3<i32>) -> u32 {
     return (layer[setup.bricks_word + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu;
 }
 
-// How dark a voxel is, from 0 to 3: two planes over the whole grid.
+// How dark a voxel is, from 0 to 7: three planes over the whole grid.
 fn shade_of(voxel: vec3<i32>) -> u32 {
     let row = u32(voxel.z) * setup.grid_y + u32(voxel.y);
     let word = setup.shades_word + row * setup.grid_words_per_row + (u32(voxel.x) >> 5u);
     let bit = u32(voxel.x) & 31u;
-    let low = (layer[word] >> bit) & 1u;
-    let high = (layer[word + setup.bricks_word] >> bit) & 1u;
-    return low | (high << 1u);
+    let one = (layer[word] >> bit) & 1u;
+    let two = (layer[word + setup.bricks_word] >> bit) & 1u;
+    let four = (layer[word + 2u * setup.bricks_word] >> bit) & 1u;
+    return one | (two << 1u) | (four << 2u);
 }
 
 // How far a brick is from the nearest that holds a blocker.

@@ -61,6 +61,10 @@ struct Table {
     shade_range_1_q16: u32,
     shade_range_2_q16: u32,
     shade_range_3_q16: u32,
+    shade_range_4_q16: u32,
+    shade_range_5_q16: u32,
+    shade_range_6_q16: u32,
+    shade_range_7_q16: u32,
     // A camera's pixels, focal lengths in pixels, and the depth in voxels up to which voxels are near.
     image_x: u32,
     image_y: u32,

@@ -54,8 +54,14 @@ impl End {
     }
 }
 
+/// How many bits number the shades of blockers.
+pub const SHADE_BITS: usize = 3;
+
+/// How many shades blockers may have, besides that of none.
+pub const SHADES: usize = (1 << SHADE_BITS) - 1;
+
 /// [`Gates::shade_ranges_q16`] where no shade matters.
-pub const FULL_RANGE: [u32; 3] = [MAX_RANGE_VOXELS << 16; 3];
+pub const FULL_RANGE: [u32; SHADES] = [MAX_RANGE_VOXELS << 16; SHADES];
 
 /// What decides how a ray ends, in 1/65536 voxels. Of a table, ranges may be depths; [`Gates::ray_gates`] makes distances of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,9 +72,9 @@ pub struct Gates {
     pub range_max_q16: u32,
     /// Whether ranges and noise are those of depth, which is measured along the sensor's axis (`range_along = "axis"`).
     pub along_axis: bool,
-    /// The longest distance of a return by the shade of its blocker, 1 to 3 ([`crate::backend::Shades`]): from farther ones
+    /// The longest distance of a return by the shade of its blocker, from 1 on ([`crate::backend::Shades`]): from farther ones
     /// none comes back. The longest range where a shade does not matter.
-    pub shade_ranges_q16: [u32; 3],
+    pub shade_ranges_q16: [u32; SHADES],
     /// Voxels entered before this distance are not tested: they are the sensor's own housing.
     pub near_ignore_q16: u32,
     /// Whether a ray that ends in nothing certifies that what it passed is free (`no_return = "free"`).

@@ -64,7 +64,7 @@ fn structs_match_their_mirrors() {
         moving_min_x moving_min_y moving_min_z moving_x moving_y moving_z
         others_min_x others_min_y others_min_z others_x others_y others_z);
     mirrored!("Table", TableWords, ends_stride range_min_q16 range_max_q16 along_axis near_ignore_q16 no_return_is_free backdrop noisy lost_below
-        shaded shade_range_1_q16 shade_range_2_q16 shade_range_3_q16 image_x image_y focal_x focal_y near nearer);
+        shaded shade_range_1_q16 shade_range_2_q16 shade_range_3_q16 shade_range_4_q16 shade_range_5_q16 shade_range_6_q16 shade_range_7_q16 image_x image_y focal_x focal_y near nearer);
     mirrored!("Part", Part, first_row first end region every_ray tiles whole_layer boxes_at_once zero);
     mirrored!("GridFrame", GridFrame, origin_q16 axis_q15);
     mirrored!("GridPose", PlacementWords, believed truly is_off draws slot first_hits);

@@ -8,7 +8,7 @@ use perirobot_march::backend::oracle::Oracle;
 use perirobot_march::backend::{
     Backend, GridFrame, GridPose, Noise, OverTime, Planes, Rays, Reading, Shades, Slot, VoxelScene,
 };
-use perirobot_march::march::{self, End, FULL_RANGE, Gates, MAX_RANGE_VOXELS, NOISE_STEPS};
+use perirobot_march::march::{self, End, FULL_RANGE, Gates, MAX_RANGE_VOXELS, NOISE_STEPS, SHADES};
 use perirobot_march::metrics::BodyPart;
 use perirobot_march::voxel::{BitGrid, BodyVoxel, People, Window};
 use perirobot_study::sensor::Camera;
@@ -260,12 +260,13 @@ fn scene(random: &mut Random, grid: Window) -> VoxelScene {
     });
     let shades = random.one_in(2).then(|| {
         let mut plane = || {
-            let (mut plane, part) = (BitGrid::new(grid), inner(random, grid));
+            let mut plane = BitGrid::new(grid);
+            let part = if random.one_in(2) { grid } else { inner(random, grid) };
             let percent = random.of(&[30, 100]);
             fill(random, &mut plane, part, percent);
             plane
         };
-        Arc::new(Shades { bits: [plane(), plane()] })
+        Arc::new(Shades { bits: [plane(), plane(), plane()] })
     });
     VoxelScene { blockers: blockers.into(), shades, over_time, window, truth, human, robot, regions, people }
 }
@@ -431,7 +432,10 @@ fn gates(random: &mut Random, scene: &VoxelScene, rays: &Rays, placement: &GridP
         },
         shade_ranges_q16: match random.one_in(2) {
             true => FULL_RANGE,
-            false => [near_an_end(random), near_an_end(random), random.below(60 << 16)],
+            false => [0; SHADES].map(|_| match random.one_in(4) {
+                true => random.below(60 << 16),
+                false => near_an_end(random),
+            }),
         },
         along_axis: random.one_in(3),
         near_ignore_q16: match random.below(4) {

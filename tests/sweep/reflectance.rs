@@ -108,6 +108,36 @@ fn the_dark_are_detected_less_far() {
     );
 }
 
+/// Boxes of these reflectances that no ray comes to.
+fn behind_the_wall(reflectances: &[&str]) -> String {
+    let a_box = |(number, reflectance): (usize, &&str)| {
+        format!(
+            "\n[[object]]\nname = \"box {number}\"\nbox = {{ size_m = [0.1, 0.1, 0.1] }}\nposition_m = [8.4, 0, 0.3]\n\
+             reflectance = {reflectance}\n"
+        )
+    };
+    reflectances.iter().enumerate().map(a_box).collect()
+}
+
+/// Whatever the number of the person's shade among others, its range is the same.
+#[test]
+fn seven_shades_are_told_apart() {
+    let of = |reflectance: &str, others: &[&str]| {
+        let own = format!("role = \"human\"\nreflectance = {reflectance}");
+        counts(&[("cell.toml", "role = \"human\"", &own), ("cell.toml", "", &behind_the_wall(others))])
+    };
+    let [dark, bright] = ["0.035", "0.9"].map(|reflectance| of(reflectance, &[]));
+    assert_ne!(dark, bright);
+    let darker = ["0.02", "0.021", "0.022", "0.023", "0.024"];
+    let brighter = ["0.91", "0.92", "0.93", "0.94", "0.95"];
+    // With the person's own and the 0.018 of people without a value they are seven.
+    for count in 0..=5 {
+        let others = [&darker[..count], &brighter[count..]].concat();
+        assert_eq!(of("0.035", &others), dark, "{others:?}");
+        assert_eq!(of("0.9", &others), bright, "{others:?}");
+    }
+}
+
 #[test]
 fn without_ranges_nobody_is_dark() {
     let plain = ("study.toml", "reflectance_ranges_m = [[0.018, 4.0], [0.9, 10]]\n", "");
@@ -135,10 +165,12 @@ fn reflectance_that_cannot_be() {
         &[ranges("[[1.0, 5]]")],
         &[sensor, "makes 5.00 m for what reflects all light, below the sensor's range of 9 m"],
     );
-    let many = [
-        ("cell.toml", "name = \"wall\"", "name = \"wall\"\nreflectance = 0.3"),
-        ("cell.toml", "name = \"floor\"", "name = \"floor\"\nreflectance = 0.2"),
-        person("role = \"human\"\nreflectance = 0.1"),
-    ];
-    wrong(&many, &["its objects have 4 different values of reflectance: 0.018, 0.1, 0.2, 0.3", "at most 3"]);
+    let many = behind_the_wall(&["0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7"]);
+    wrong(
+        &[("cell.toml", "", &many)],
+        &[
+            "its objects have 8 different values of reflectance: 0.018, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7",
+            "at most 7",
+        ],
+    );
 }

@@ -17,7 +17,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 use crate::Result;
-use crate::march::{self, End, Gates, March, Slant};
+use crate::march::{self, End, Gates, March, SHADE_BITS, Slant};
 use crate::metrics::Confusion;
 use crate::voxel::{BitGrid, People, Window};
 pub use fuse::{Saying, settle};
@@ -69,20 +69,20 @@ impl VoxelScene {
     }
 }
 
-/// How dark voxels are, over the whole grid: a number from 0, which every sensor detects up to its longest range, to 3,
-/// which it detects up to [`Gates::shade_ranges_q16`].
+/// How dark voxels are, over the whole grid: a number from 0, which every sensor detects up to its longest range, to
+/// [`SHADES`](march::SHADES), which it detects up to [`Gates::shade_ranges_q16`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shades {
-    /// The bits of the numbers, the low one first; both planes cover the same window.
-    pub bits: [BitGrid; 2],
+    /// The bits of the numbers, the lowest first; all planes cover the same window.
+    pub bits: [BitGrid; SHADE_BITS],
 }
 
 impl Shades {
     /// The number of a voxel.
     #[inline]
     pub fn of(&self, voxel: [i32; 3]) -> usize {
-        let [low, high] = &self.bits;
-        usize::from(low.get(voxel)) | usize::from(high.get(voxel)) << 1
+        let bits = self.bits.iter().enumerate();
+        bits.map(|(place, plane)| usize::from(plane.get(voxel)) << place).sum()
     }
 
     /// Whether a return that comes from a voxel at a distance is too weak to be detected. The gates are those of its ray.

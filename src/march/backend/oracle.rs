@@ -363,8 +363,8 @@ fn follow(scene: &VoxelScene, rays: &Rays, placement: &GridPose, number: usize, 
 /// Whether a blocker is too dark for its return to come back from a distance.
 fn is_too_weak(scene: &VoxelScene, gates: &Gates, slant: u64, bit: usize, t: u64) -> bool {
     let Some(shades) = scene.shades.as_deref() else { return false };
-    let [low, high] = shades.bits.each_ref().map(|plane| usize::from(is_set(plane.words(), bit)));
-    match low + 2 * high {
+    let [one, two, four] = shades.bits.each_ref().map(|plane| usize::from(is_set(plane.words(), bit)));
+    match one + 2 * two + 4 * four {
         0 => false,
         shade => t > ray_range_q16(gates.shade_ranges_q16[shade - 1], slant),
     }

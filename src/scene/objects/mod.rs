@@ -157,7 +157,7 @@ pub struct Object {
     pub optical: Optical,
     /// Whether radar stops at it.
     pub radar: RadarOptics,
-    /// How dark it is: 0, or a number from 1, the darkest, to 3 ([`perirobot_march::backend::Shades`]).
+    /// How dark it is: 0, or a number from 1, the darkest, to 7 ([`perirobot_march::backend::Shades`]).
     pub shade: u8,
     /// Gives its role to voxels without adding truth.
     pub tag_only: bool,

@@ -13,6 +13,7 @@ use crate::objects::{Object, Role, Scene};
 use perirobot_march::Result;
 use perirobot_march::backend::Shades;
 use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::march::SHADES;
 use perirobot_march::progress::Progress;
 use perirobot_march::voxel::{BitGrid, Grid};
 
@@ -218,19 +219,19 @@ fn shades(bodies: &[&VoxelizedObject], grid: &Grid) -> Option<Shades> {
     // A tag darkens what is there.
     let is_dark = |body: &&&VoxelizedObject| body.shade > 0 && (body.voxels.stops_rays || !body.is_there);
     bodies.iter().find(is_dark)?;
-    let [mut low, mut high] = [0; 2].map(|_| BitGrid::new(grid.window()));
+    let mut bits = std::array::from_fn(|_| BitGrid::new(grid.window()));
     // From the brightest to the darkest, each in place of what was there.
-    for shade in (1..=3).rev() {
-        for body in bodies.iter().filter(is_dark).filter(|body| body.shade == shade) {
-            for (plane, bit) in [(&mut low, 1), (&mut high, 2)] {
-                match shade & bit != 0 {
+    for shade in (1..=SHADES).rev() {
+        for body in bodies.iter().filter(is_dark).filter(|body| usize::from(body.shade) == shade) {
+            for (place, plane) in bits.iter_mut().enumerate() {
+                match shade >> place & 1 != 0 {
                     true => plane.add(&body.voxels.voxels),
                     false => plane.remove(&body.voxels.voxels),
                 }
             }
         }
     }
-    Some(Shades { bits: [low, high] })
+    Some(Shades { bits })
 }
 
 #[cfg(test)]

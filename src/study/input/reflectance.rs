@@ -1,16 +1,14 @@
-//! How dark the objects of a study are: the shares of light that they reflect, in up to three shades.
+//! How dark the objects of a study are: the shares of light that they reflect, in up to seven shades.
 
 use crate::diagnostics::Place;
 use crate::sensor::Sensor;
 use perirobot_march::Result;
+use perirobot_march::march::SHADES;
 use perirobot_scene::objects::spec::SceneSpec;
 
 /// The share of light that people reflect unless their object says otherwise: that of the black test piece which safety laser
 /// scanners must detect (IEC 61496-3).
 pub const PERSON_REFLECTANCE: f64 = 0.018;
-
-/// More different shares than two bits distinguish from none.
-const MOST: usize = 3;
 
 /// Numbers the objects of all scenes by how dark they are, if any sensor's range depends on it: the shares of the shades, the
 /// darkest first.
@@ -27,12 +25,12 @@ pub(super) fn shade(at: &Place, scenes: &mut [SceneSpec], sensors: &[Sensor]) ->
         .collect();
     shares.sort_by(f64::total_cmp);
     shares.dedup();
-    if shares.len() > MOST {
+    if shares.len() > SHADES {
         let listed = shares.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
         return Err(at
             .says(format!("its objects have {} different values of reflectance: {listed}", shares.len()))
             .with_advice(format!(
-                "at most {MOST} can be distinguished, {PERSON_REFLECTANCE} of people who have none among them: give similar \
+                "at most {SHADES} can be distinguished, {PERSON_REFLECTANCE} of people who have none among them: give similar \
                  objects the same"
             )));
     }

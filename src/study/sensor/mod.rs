@@ -180,13 +180,13 @@ pub struct RayScale {
     /// Whether a ray that leaves the grid returns from just outside.
     pub backdrop: bool,
     /// The share of light that objects of each shade reflect, the darkest first; infinite for a shade that no object has.
-    pub reflectances: [f64; 3],
+    pub reflectances: [f64; march::SHADES],
 }
 
 impl RayScale {
     /// Where no object is too dark for any sensor.
     pub fn new(voxel_size_m: f64, backdrop: bool) -> RayScale {
-        RayScale { voxel_size_m, backdrop, reflectances: [f64::INFINITY; 3] }
+        RayScale { voxel_size_m, backdrop, reflectances: [f64::INFINITY; march::SHADES] }
     }
 }
 

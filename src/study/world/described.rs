@@ -223,7 +223,8 @@ fn shades_sha256(shades: &Shades, reflectances: &[f64]) -> String {
     let shares: Vec<u64> = reflectances.iter().map(|share| share.to_bits()).collect();
     let shares: Vec<u8> = shares.into_iter().flat_map(u64::to_le_bytes).collect();
     let planes = shades.bits.each_ref().map(plane_sha256);
-    sha256([shares.as_slice(), planes[0].as_bytes(), planes[1].as_bytes()])
+    let planes = planes.each_ref().map(|hash| hash.as_bytes()).concat();
+    sha256([shares.as_slice(), planes.as_slice()])
 }
 
 /// Hash of where all joints of all people are, in the grid; an unknown one counts as no number at all.

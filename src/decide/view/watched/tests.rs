@@ -47,7 +47,8 @@ fn hits(
         None if person >> number & 1 == 0 => BitGrid::new(truth.grid.window()),
         None => with(&BitGrid::nowhere()),
     };
-    let shades = (truth.shades.is_some() || person > 0).then(|| Arc::new(Shades { bits: [0, 1].map(bit) }));
+    let shades =
+        (truth.shades.is_some() || person > 0).then(|| Arc::new(Shades { bits: [0, 1, 2].map(bit) }));
     let truth = Truth {
         occupied: Arc::new(with(&truth.occupied)),
         blockers: Arc::new(with(&truth.blockers)),

@@ -60,7 +60,7 @@ impl PacketLimits {
         let reach =
             |shade: usize| march::ray_range_q16(gates.shade_ranges_q16[shade - 1], self.slant_q16[lane]);
         // Most hits are near enough for every shade.
-        let darkest = (1..=3).map(reach).min().unwrap_or(0);
+        let darkest = (1..=march::SHADES).map(reach).min().unwrap_or(0);
         t_q16 > darkest && matches!(shade(), shade @ 1.. if t_q16 > reach(shade))
     }
 

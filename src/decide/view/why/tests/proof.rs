@@ -94,7 +94,8 @@ fn plain_end(
     }
     let is_too_dark = |hit: [i32; 3], t: u32| {
         let Some(shades) = &truth.shades else { return false };
-        let number = shades.bits.iter().zip([1, 2]).map(|(plane, bit)| if plane.get(hit) { bit } else { 0 });
+        let number =
+            shades.bits.iter().zip([1, 2, 4]).map(|(plane, bit)| if plane.get(hit) { bit } else { 0 });
         let number = number.sum::<usize>();
         number > 0 && t >= gates.range_min_q16 && t > gates.shade_ranges_q16[number - 1]
     };

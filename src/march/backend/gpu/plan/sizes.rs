@@ -183,7 +183,8 @@ impl SceneSizes {
     ) -> Result<Self> {
         let (grid, window) = (scene.blockers.words().len(), scene.truth.words().len());
         let bricks = Bricks::size_of(scene.blockers.window().size).iter().map(|&n| n as u64).product::<u64>();
-        let shades = if scene.shades.is_some() { 2 * grid as u64 * 4 } else { 0 };
+        let planes = scene.shades.as_ref().map_or(0, |shades| shades.bits.len() as u64);
+        let shades = planes * grid as u64 * 4;
         let layer = grid as u64 * 4 + 2 * bricks.next_multiple_of(2) + shades;
         fits(adapter, "the grid takes", layer, "larger voxels")?;
         fits(adapter, "the evidence of one placement takes", window as u64 * 8, "smaller regions")?;
