@@ -244,8 +244,21 @@ impl Stopping {
     }
 }
 
-/// Checks the table, for the sensors of a study and the height of its floor.
-pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m: f64) -> Result<Stopping> {
+/// The floor above which heights of scanners are measured.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StandingFloor {
+    pub(super) z_m: f64,
+    /// Whether people walk on floors of other heights as well.
+    pub(super) is_auto: bool,
+}
+
+/// Checks the table, for the sensors of a study and its floor.
+pub(super) fn check(
+    at: &Place,
+    file: StoppingFile,
+    sensors: &[Sensor],
+    floor: StandingFloor,
+) -> Result<Stopping> {
     let at = &at.key("stopping");
     let formula = formula(at, &file)?;
     refuse_others(at, &file, formula)?;
@@ -279,7 +292,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
         ));
     }
     let intrusions: Vec<Intrusion> =
-        sensors.iter().filter_map(|sensor| Intrusion::new(sensor, floor_m)).collect();
+        sensors.iter().filter_map(|sensor| Intrusion::new(sensor, floor.z_m)).collect();
     let farther = |a: &&Intrusion, b: &&Intrusion| a.metres().total_cmp(&b.metres());
     let farthest = intrusions.iter().max_by(farther);
     let parallel = intrusions.iter().find(|one| one.is_parallel());
@@ -311,7 +324,11 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
             (Some(metres), _) => metres,
             (None, Some((least_m, edition, sensor))) if key == "intrusion_m" => {
                 let (least, source) = (rounded_up(least_m, 2), source(edition, sensor));
-                let others = describe_sensors(&intrusions, least_m);
+                let mut others = describe_sensors(&intrusions, least_m);
+                if floor.is_auto && least_m < PARALLEL_M && parallel.is_some() {
+                    others += "; heights are measured from z 0 only, also with floor = \"auto\": for people on a platform \
+                               the plane is lower and C is larger, so write intrusion_m for them";
+                }
                 defaults.push(format!("{key} = {least} is a default, what {source}{others}"));
                 least_m
             }
