@@ -19,7 +19,7 @@ pub mod why;
 
 use std::sync::{Arc, OnceLock};
 
-pub use find::{ChoiceSelector, find, find_scene};
+pub use find::{ChoiceSelector, find, find_scene, only_choice};
 pub use outline::Outline;
 use perirobot_march::Result;
 use perirobot_march::backend::cpu::BlockerSearch;
