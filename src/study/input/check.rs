@@ -236,7 +236,13 @@ fn stopping(at: &Place, file: &mut StudyFile, sensors: &[Sensor]) -> Result<Opti
     let floor = file.approach.as_ref().map_or(stopping::StandingFloor::default(), |approach| {
         stopping::StandingFloor { z_m: approach.standing_m(), is_auto: approach.has_several_floors() }
     });
-    file.stopping.take().map(|file| stopping::check(at, file, sensors, floor)).transpose()
+    // Sensors that are in no set of the study make no distance larger; [choose] may take any.
+    let is_used = |sensor: &&Sensor| {
+        let named = |combination: &file::CombinationFile| combination.sensors.contains(&sensor.name);
+        file.combination.is_empty() || file.choose.is_some() || file.combination.iter().any(named)
+    };
+    let used: Vec<Sensor> = sensors.iter().filter(is_used).cloned().collect();
+    file.stopping.take().map(|file| stopping::check(at, file, &used, floor)).transpose()
 }
 
 /// Refuses what is a scene by its keys.

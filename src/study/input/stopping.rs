@@ -9,7 +9,7 @@
 //!
 //! People walk with K = 1.6 m/s; where the distance is at most 0.5 m an arm is faster than that, K = 2 m/s: the distance is that with 2
 //! m/s up to 0.5 m, else that with 1.6 m/s, but at least 0.5 m. C depends on the sensor and on the direction of approach
-//! (`stopping/intrusion.rs`); the largest of all sensors of a study holds.
+//! (`stopping/intrusion.rs`); the largest of all sensors in sets of a study holds.
 //!
 //! # Practice
 //! What depends on devices and on the robot has no default. The defaults are what public pages tell of the
@@ -66,8 +66,8 @@ pub(super) struct StoppingFile {
     /// 0.5 m; to be checked.
     human_speed_m_s: Option<f64>,
     /// C: how far somebody reaches in before anything notices it, in metres; for "speed_and_separation" and the
-    /// edition of 2010. Default the largest of all sensors, to be checked: 1.2 - 0.4 H, at least 0.85, for pads and for level
-    /// scanners H metres above the floor, else 0.85.
+    /// edition of 2010. Default the largest of all sensors in sets, to be checked: 1.2 - 0.4 H, at least 0.85, for pads and for
+    /// level scanners H metres above the floor, else 0.85.
     intrusion_m: Option<f64>,
     /// D_DS: the distance that belongs to the protective device, in metres; for the edition of 2024.
     device_distance_m: Option<f64>,
