@@ -35,7 +35,7 @@ fn a_switch_that_detects_nothing_is_named() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::copy(&study.scenes[0].path, folder.path().join("cell.toml")).unwrap();
     for (keys, expected) in
-        [("muted_at = [0]", vec!["curtain:curtain is muted: it detects nothing"]), ("", vec![])]
+        [("muted_at = [0]", vec!["curtain:here is muted: it detects nothing"]), ("", vec![])]
     {
         let text = format!(
             "[grid]\nvoxel_size_m = 0.1\n[[scene]]\nfile = \"cell.toml\"\n[[region]]\nname = \"low\"\n\
