@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use perirobot_decide::approach::{APPROACH, Approaching, fusion_warning};
 use perirobot_decide::judge::alter;
-use perirobot_decide::view::{Choice, ChoiceSelector, find, with_set};
+use perirobot_decide::view::{Choice, ChoiceSelector, find, only_choice, with_set};
 use perirobot_march::Result;
 use perirobot_study::input::Study;
 use perirobot_study::world::World;
@@ -36,9 +36,9 @@ pub(super) struct Args {
     #[arg(id = "moved", long = "study", value_name = "FILE", help_heading = "Study")]
     moved: Option<PathBuf>,
     /// The poses, sensor:pose as `perirobot check` lists them, several joined by ";", or as in the column `poses` of
-    /// results.csv
+    /// results.csv [default: those of a study with one choice of poses]
     #[arg(long, value_name = "POSES")]
-    pose: String,
+    pose: Option<String>,
     /// The combination, if several contain these poses
     #[arg(long, value_name = "NAME")]
     combination: Option<String>,
@@ -84,8 +84,12 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         }
         None => args.study.load()?,
     };
-    let study = with_set(study, &args.pose, args.combination.as_deref());
-    let choice = args.find(&study, &worlds)?;
+    let poses = match &args.pose {
+        Some(poses) => poses.clone(),
+        None => only_choice(&study, args.combination.as_deref())?,
+    };
+    let study = with_set(study, &poses, args.combination.as_deref());
+    let choice = args.find(poses, &study, &worlds)?;
     fusion_warning(&study, &choice).iter().for_each(|warning| say!("warning: {warning}"));
     let alteration = args.alteration.alteration();
     let (own_study, own_worlds, own) = alter(&study, &worlds, &choice, &alteration)?;
@@ -111,9 +115,9 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 }
 
 impl Args {
-    fn find(&self, study: &Study, worlds: &[World]) -> Result<Choice> {
+    fn find(&self, poses: String, study: &Study, worlds: &[World]) -> Result<Choice> {
         let wanted = ChoiceSelector {
-            poses: self.pose.clone(),
+            poses,
             combination: self.combination.clone(),
             representation: self.representation.clone(),
             repeat: self.repeat,

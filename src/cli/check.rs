@@ -3,9 +3,10 @@
 
 use std::process::ExitCode;
 
-use perirobot_decide::approach::check_approach;
+use perirobot_decide::approach::{check_approach, check_resolution};
 use perirobot_decide::judge::check_postures;
 use perirobot_march::{Error, Result};
+use perirobot_page::report::wording::count;
 use perirobot_study::input::Study;
 use perirobot_study::sensor::Sensor;
 use perirobot_study::sensor::range::Along;
@@ -70,6 +71,10 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if !problems.is_empty() {
         return Ok(refuse(&problems, args.all));
     }
+    if let Some(world) = worlds.first() {
+        let coarse = check_resolution(&study, world);
+        warnings += super::warn([(world.name.as_str(), coarse.as_slice())].into_iter(), few(FEW_WARNINGS));
+    }
     if args.poses > 0 {
         let mut backend = args.backend.open()?;
         let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
@@ -123,9 +128,9 @@ fn rays(study: &Study, ends: &[EndCounts], most: usize) -> String {
     let line = |(sensor, ends): (&Sensor, &EndCounts)| {
         let percent = |some: u64| 100.0 * some as f64 / ends.rays() as f64;
         format!(
-            "rays of {:?} at {} poses: {:.1} % return, {:.1} % end too near, {:.1} % too far, {:.1} % leave the grid\n",
+            "rays of {:?} at {}: {:.1} % return, {:.1} % end too near, {:.1} % too far, {:.1} % leave the grid\n",
             sensor.name,
-            ends.poses,
+            count(ends.poses as usize, "pose"),
             percent(ends.returns),
             percent(ends.too_near),
             percent(ends.too_far),

@@ -128,13 +128,14 @@ fn regions(study: &Study, worlds: &[World], most: usize) -> String {
 fn sensors(study: &Study, most: usize) -> String {
     let width = width(study.sensors.iter().map(|sensor| sensor.name.as_str()));
     let one = |(number, sensor): (usize, &Sensor)| {
+        let poses_of = count(sensor.candidates.len(), "pose");
+        let each = if sensor.candidates.len() == 1 { "at" } else { "at each of" };
         let rays = ray_table(study, number)
-            .map_or("no rays,".into(), |rays| format!("{} rays at each of", rays.dirs_q15.len()));
+            .map_or("no rays,".into(), |rays| format!("{} rays {each}", rays.dirs_q15.len()));
         let line = format!(
-            "  {:<width$}  {:<11}  {rays} {} poses, read as {}\n",
+            "  {:<width$}  {:<11}  {rays} {poses_of}, read as {}\n",
             sensor.name,
             sensor.kind.name(),
-            sensor.candidates.len(),
             sensor.kind.representations().join(", ")
         );
         line + &poses(sensor)

@@ -9,6 +9,7 @@ use perirobot_decide::judge::{
 };
 use perirobot_march::Result;
 use perirobot_page::report::terminal;
+use perirobot_page::report::wording;
 use perirobot_scene::shell;
 use perirobot_study::input::Study;
 use perirobot_sweep::results::Results;
@@ -107,10 +108,22 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     judged.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     judging.write(folder, &judged)?;
     let sets = &judged.sets;
-    let picture = |set: &JudgedSet, judgement: &Judgement| {
-        let number =
-            sets.iter().flat_map(|set| &set.judgements).position(|one| std::ptr::eq(one, judgement))?;
-        args.picture(&study, &results, set, judgement, number + 1)
+    // Judgements with the same worst moment share a picture, with the number of the first.
+    let each = sets.iter().flat_map(|set| set.judgements.iter().map(move |one| (set, one)));
+    let pictures: Vec<(&Judgement, Option<Vec<String>>)> =
+        each.map(|(set, one)| (one, args.picture(&study, &results, set, one))).collect();
+    let number = |judgement: &Judgement| pictures.iter().position(|(one, _)| std::ptr::eq(*one, judgement));
+    let first = |number: usize| pictures.iter().position(|(_, words)| *words == pictures[number].1);
+    let picture = |_: &JudgedSet, judgement: &Judgement| {
+        let first = first(number(judgement)?)?;
+        Some(command(pictures[first].1.as_ref()?, first + 1))
+    };
+    let picture_once = |set: &JudgedSet, judgement: &Judgement| {
+        let own = number(judgement)?;
+        match first(own)? {
+            first if first == own => picture(set, judgement),
+            first => pictures[own].1.as_ref().map(|_| describe_same(pictures[first].0)),
+        }
     };
     if let Some(path) = &args.junit {
         let describe = |set: &JudgedSet, judgement: &Judgement| {
@@ -120,7 +133,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         write_whole(path, junit_xml(sets, &describe).as_bytes())?;
     }
     for set in sets {
-        super::print(&terminal::judge::render(&results, set, &picture))?;
+        super::print(&terminal::judge::render(&results, set, &picture_once))?;
     }
     super::print(&at_speeds(&study, &results, sets, &judging.speeds(sets)))?;
     super::print(&format!("\n{}\n", count(sets)))?;
@@ -147,11 +160,24 @@ fn recommend(study: &Study, sets: &[JudgedSet], passing: &[usize]) -> String {
     }
 }
 
-/// The number of PASS verdicts and of all.
+/// The number of requirements that are met, and of PASS verdicts: one for each condition of a requirement.
 fn count(sets: &[JudgedSet]) -> String {
     let all = || sets.iter().flat_map(|set| &set.judgements);
-    let missed = all().filter(|judgement| !judgement.is_met).count();
-    format!("{} of {} verdicts are PASS", all().count() - missed, all().count())
+    let (pass, verdicts) = (all().filter(|judgement| judgement.is_met).count(), all().count());
+    let each = |set: &JudgedSet| {
+        let one = |all: &[Judgement]| all.iter().all(|judgement| judgement.is_met);
+        let met = set.judgements.chunk_by(|a, b| a.requirement.name == b.requirement.name).map(one);
+        met.collect::<Vec<bool>>()
+    };
+    let required: Vec<bool> = sets.iter().flat_map(each).collect();
+    let met = required.iter().filter(|met| **met).count();
+    let of = if sets.len() > 1 { format!(" of {} choices", sets.len()) } else { String::new() };
+    let many = if required.len() == 1 { "" } else { "s" };
+    let text = format!("{met} of {} requirement{many}{of} met", required.len());
+    match verdicts == required.len() {
+        true => text,
+        false => format!("{text} ({pass} of {verdicts} verdicts are PASS)"),
+    }
 }
 
 /// Results that depend on the robot's speed, with their assumptions; empty for a study without a required distance.
@@ -171,20 +197,36 @@ fn at_speeds(
     texts.collect::<String>() + &format!("\n{}\n", stopping.assumptions(study.voxel_size_m).join("\n"))
 }
 
+/// A command; a picture is named by its number.
+fn command(words: &[String], number: usize) -> String {
+    let mut words = words.to_vec();
+    if words[1] == RENDER {
+        words.extend(["--out".into(), format!("worst-{number}.png")]);
+    }
+    shell::command(&words)
+}
+
+/// The note in place of a command that is printed above.
+fn describe_same(first: &Judgement) -> String {
+    format!("(same command as for {}, {})", first.requirement.name, wording::words(first.condition))
+}
+
+/// The subcommand that draws pictures.
+const RENDER: &str = "render";
+
 impl Args {
-    /// The command that draws the worst moment of a judgement, or finds the path of the body that comes closest.
-    /// `number` names the picture.
+    /// The command that draws the worst moment of a judgement, without the name of the picture, or finds the path of the
+    /// body that comes closest.
     fn picture(
         &self,
         study: &Study,
         results: &Results,
         set: &JudgedSet,
         judgement: &Judgement,
-        number: usize,
-    ) -> Option<String> {
+    ) -> Option<Vec<String>> {
         let mut words = vec!["perirobot".to_string()];
         let part = judgement.worst.part?;
-        words.push(if let CasePart::Moment(_) = part { "render" } else { "approach" }.into());
+        words.push(if let CasePart::Moment(_) = part { RENDER } else { "approach" }.into());
         words.extend([self.swept.folder().display().to_string(), "--pose".into(), set.poses.clone()]);
         words.extend(self.swept.folder_words());
         // Without a combination, its poses identify the set.
@@ -221,9 +263,6 @@ impl Args {
             Alteration::Draw(draw) => words.extend(["--draw".into(), draw.to_string()]),
             Alteration::Posture(name) => words.extend(["--posture".into(), name.clone()]),
         }
-        if let CasePart::Moment(_) = part {
-            words.extend(["--out".into(), format!("worst-{number}.png")]);
-        }
-        Some(shell::command(&words))
+        Some(words)
     }
 }

@@ -134,6 +134,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         super::MOST_WARNINGS,
     );
     let looked = args.pose.as_ref().map(|poses| args.rest.look(poses, &study, &worlds)).transpose()?;
+    wish.case = looked.as_ref().map_or(String::new(), |one| one.case());
     if let Some(looked) = looked.as_ref().filter(|_| args.approach) {
         wish.ways = looked.ways()?;
         wish.ways.iter().try_for_each(|way| super::print(&format!("{}\n", way.words())))?;
@@ -188,6 +189,7 @@ impl Args {
             open_m: self.open,
             points: self.points,
             ways: Vec::new(),
+            case: String::new(),
         };
         wish.check().map(|()| wish)
     }

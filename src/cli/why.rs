@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use perirobot_decide::view::{Choice, View, Viewer};
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
+use perirobot_page::report::best_choice::best_choice;
 use perirobot_page::report::reasons_file::ReasonsFile;
 use perirobot_page::report::terminal::reasons;
 use perirobot_study::input::Study;
@@ -110,20 +111,30 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     }
     let mut viewer = Viewer::new(&study, &mut *backend)?;
     let scores = args.score.map_or(vec![Score::F1, Score::HumanSeen], |arg| vec![arg.score()]);
-    let chosen =
-        if args.all { every(&study) } else { reasons::leaders(&results, args.best as usize, &scores)? };
+    let explained = explained(args.score.map(|arg| arg.score()), &study, &results)?;
+    let chosen = match args.all {
+        true => every(&study),
+        false => {
+            let mut best = reasons::leaders(&results, args.best as usize, &scores)?;
+            best.extend(
+                explained
+                    .iter()
+                    .map(|(choice, _)| [choice.combination, choice.choice, choice.representation]),
+            );
+            best.sort_unstable();
+            best.dedup();
+            best
+        }
+    };
     if let Some(file) = file
         && let Some(why) = write(args, file, &study, &worlds, &chosen, &mut viewer)?
     {
         say!("{why}: no table was written; the same command starts over");
         return Ok(stop_code());
     }
-    for region in 0..study.regions.len() {
-        if let Some([combination, choice, representation]) = reasons::leader(&results, region, scores[0])? {
-            let choice = Choice { combination, choice, representation, repeat: 0 };
-            let view = viewer.view_regions(&worlds[0], &[choice])?.swap_remove(0);
-            super::print(&describe(&view, [region]))?;
-        }
+    for (choice, regions) in explained {
+        let view = viewer.view_regions(&worlds[0], &[choice])?.swap_remove(0);
+        super::print(&describe(&view, regions))?;
     }
     if let [first, _, ..] = worlds.as_slice() {
         let (title, all) = (first.title(&study), worlds.len());
@@ -132,6 +143,25 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         ))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The choices to explain in words, with their regions: the best of the study in all regions; with a score the best by it
+/// in each.
+fn explained(score: Option<Score>, study: &Study, results: &Results) -> Result<Vec<(Choice, Vec<usize>)>> {
+    let regions = 0..study.regions.len();
+    let Some(score) = score else {
+        return Ok(best_choice(study, results)?
+            .map(|choice| (choice, regions.collect()))
+            .into_iter()
+            .collect());
+    };
+    let of_region = |region: usize| {
+        let leader = reasons::leader(results, region, score)?;
+        Ok(leader.map(|[combination, choice, representation]| {
+            (Choice { combination, choice, representation, repeat: 0 }, vec![region])
+        }))
+    };
+    regions.filter_map(|region| of_region(region).transpose()).collect()
 }
 
 fn describe(view: &View, regions: impl IntoIterator<Item = usize>) -> String {

@@ -38,6 +38,11 @@ impl<'a> Look<'a> {
         Ok(Look { planned, alteration, study, worlds, world, choice })
     }
 
+    /// What of the choice is not as planned, in words; empty if all is.
+    pub fn case(&self) -> String {
+        self.alteration.words()
+    }
+
     /// The given worlds of the study.
     pub fn worlds(&self) -> &[World] {
         &self.worlds

@@ -142,6 +142,7 @@ pub(crate) fn render(
     let mut wish = words.wish(&study, has_poses)?;
     let worlds: Vec<World> = worlds.iter().filter(|world| world.scene == scene).cloned().collect();
     let look = has_poses.then(|| Look::new(&study, &worlds, wanted, alteration)).transpose()?;
+    wish.case = look.as_ref().map_or(String::new(), |one| one.case());
     if let Some(look) = look.as_ref().filter(|_| words.approach) {
         wish.ways = look.ways()?;
     }
@@ -193,6 +194,7 @@ impl WishWords {
             open_m: self.open,
             points: self.points,
             ways: Vec::new(),
+            case: String::new(),
         };
         wish.check().map(|()| wish)
     }

@@ -52,6 +52,7 @@ fn every_backend_draws_the_same_bytes() {
                 open_m: 0.1,
                 points: 500,
                 ways: Vec::new(),
+                case: String::new(),
             };
             draw(world, view, &wish, &mut **backend).unwrap().png().unwrap()
         }));

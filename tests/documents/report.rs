@@ -366,6 +366,16 @@ fn ways_in_are_those_of_the_shown_choice_as_planned() {
     // Three bodies on the floor, with nobody else and with people as cover.
     assert_eq!(page.matches(PLAN).count(), 6);
     assert!(!page.contains("floor-old"), "a plan of no row");
+    assert!(!page.contains("fence between"), "the floor has one height");
+    let found = fs::read(out.join("approach.json")).unwrap();
+    edit_json(&out.join("approach.json"), |found| {
+        found["step_m"] = 0.25.into();
+        found["rows"][0]["fence_between"] = "mesh fence".into();
+    });
+    let page_of_floors = after(&folder, &[]);
+    let fence = "<td data-name=\"fence between\">mesh fence</td>";
+    assert!(page_of_floors.contains(fence), "what is between on several floors");
+    fs::write(out.join("approach.json"), found).unwrap();
     let page = after(&folder, &[&both[..], &["--dead", "camera:wall/back"]].concat());
     assert!(!page.contains(NEAR) && page.contains(WHAT_IF), "what if is not the plan");
     assert!(page.contains("without camera:wall/back"), "the case is named");
@@ -382,6 +392,22 @@ fn ways_in_are_those_of_the_shown_choice_as_planned() {
     });
     let page = after(&folder, &[]);
     assert!(!page.contains(NEAR) && page.contains("is of another choice"), "another representation");
+}
+
+/// F1 and answers without a sensor are details then; and whoever plans signs at the end.
+#[test]
+fn requirements_lead_and_signatures_end_a_report() {
+    let folder = shelf();
+    let page = after(&folder, &[]);
+    let place = |part: &str| page.find(part).unwrap_or_else(|| panic!("no {part}"));
+    assert!(place("<ul class=\"verdicts\">") < place("<dl class=\"tiles\">"), "verdicts first");
+    let (details, table) = (place("<details id=\"scores-of-best\">"), place("class=\"best\""));
+    assert!(details < table && table < page[details..].find("</details>").unwrap() + details, "a detail");
+    assert!(!page[place("<dl class=\"tiles\">")..details].contains("<dt>F1</dt>"), "F1 is no large number");
+    let signed = &page[place("<section id=\"signed\">")..];
+    let words = ["planned by", "checked by", "accepted by", "<th>date</th>", "<th>signature</th>"];
+    assert!(words.iter().all(|word| signed.contains(word)), "{}", &signed[..600]);
+    assert!(place("<section id=\"run\">") < place("<section id=\"signed\">"), "the last section");
 }
 
 const OLD_ROWS: &str = "Rows of conditions.csv rest on tables of the study that have changed";

@@ -404,3 +404,34 @@ fn bodies_that_pass_between_rays_are_told() {
     assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
     assert!(!outcome.stderr.contains("sensor \"camera\", body \"chest\": it may pass"), "{}", outcome.stderr);
 }
+
+const STOPPING: &str = "\n[stopping]\nformula = \"iso13855\"\nedition = 2010\nrobot_speeds_m_s = [0.5]\nsensor_reaction_s = 0.1\n\
+                        control_reaction_s = 0.1\nrobot_stopping_s = 0.2\n";
+const SCANNER: &str = "\n[[sensor]]\nname = \"scanner\"\nkind = \"lidar\"\nresolution_deg = 4\nrings_deg = [0]\n\
+                       range_m = [0.1, 5]\n[[sensor.poses]]\nname = \"post\"\n\
+                   list = [{ name = \"low\", position_m = [-0.9, 0.6, 0.2], facing = [1, -0.5, 0] }]\n";
+
+/// C is that of the sensors in some set, and a scanner is coarse only where it is used.
+#[test]
+fn sensors_of_no_set_change_no_distance() {
+    let set = |name: &str| format!("\n[[combination]]\nsensors = [\"{name}\"]\n");
+    for (sets, intrusion, is_coarse) in [
+        (String::new(), "1.12", true),
+        (set("camera"), "0.85", false),
+        ([set("camera"), set("scanner")].concat(), "1.12", true),
+    ] {
+        let folder = Folder::new();
+        let text = std::fs::read_to_string(folder.path(STUDY)).unwrap();
+        folder.write(STUDY, [&text, SCANNER, STOPPING, &sets].concat());
+        let outcome = check(&folder, &["--poses", "1", "--all"]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let told = format!("intrusion_m = {intrusion} is a default");
+        assert!(outcome.stdout.contains(&told), "{told} in {}", outcome.stdout);
+        let coarse = "sensor \"scanner\": at ";
+        let needs = "needs a detection capability of 0.063 m for a plane 0.20 m above the floor";
+        let said = outcome.stderr.contains(coarse) && outcome.stderr.contains(needs);
+        assert_eq!(said, is_coarse, "{}", outcome.stderr);
+        assert!(outcome.stdout.contains("rays of \"scanner\" at 1 pose: "), "{}", outcome.stdout);
+        assert!(outcome.stdout.contains(" rays at 1 pose, read as"), "{}", outcome.stdout);
+    }
+}

@@ -279,12 +279,11 @@ fn a_region_that_the_grid_cuts() {
         ("cell.toml", "position_m = [0, 0, 0.8]", "position_m = [0, 0, 0]"),
     ];
     let share = "% of it lies outside the grid (towards +x) and is not counted";
-    let cure =
-        ": no loss if the cell ends there; if not, set bounds_m of [grid], or make the region smaller there";
+    let cure = ": if nobody can be there, leave it as it is; else set bounds_m of [grid], or make the region smaller there";
     check(&Folder::new(), &[&floor[..], &[edit]].concat(), &["region \"box\"", share, cure]);
     // A person's box has a margin, and the bounds are there already.
     let margin = ("study.toml", "margin_m = 0.2", "margin_m = 0.4");
-    let cure = "; if not, widen bounds_m of [grid], or take a smaller margin_m";
+    let cure = "; else widen bounds_m of [grid], or take a smaller margin_m";
     let expected = ["region \"human\"", "grid (towards -y) and", cure];
     check(&Folder::new(), &[&floor[..], &[BOUNDS, margin]].concat(), &expected);
 }

@@ -13,6 +13,7 @@ mod latch;
 mod near;
 mod postures;
 mod radar;
+mod same_best;
 mod speed;
 mod verdicts;
 mod what_if;

@@ -11,9 +11,10 @@ use crate::purchased_sets::are_results_of_purchase;
 use crate::view::Choice;
 use crate::view::names::unknown;
 use perirobot_march::error::{Argument, Issue, Words};
+use perirobot_march::metrics::Score;
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Counted, Limit, Requirement};
-use perirobot_sweep::results::Results;
+use perirobot_sweep::results::{Results, RowKey};
 
 /// A filter of choices.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,8 +40,8 @@ pub fn chosen_sets(folder: &Path, results: &Results) -> Result<Option<Vec<Choice
 }
 
 /// The choices that meet most requirements as planned, this many, best first. Among choices that meet equally many, the
-/// one that is better by the first requirement comes first, then by the next, then in study order. Only requirements on
-/// scores of a sweep count.
+/// one that is better by the first requirement comes first, then by the next, then by F1, then in study order. Only
+/// requirements on scores of a sweep count.
 ///
 /// # Errors
 /// If no requirement has such a score; if a name is unknown; those of [`Results::counts`].
@@ -80,7 +81,24 @@ pub fn leaders(
         each.map(|(((requirement, _), a), b)| better(&requirement.limit, a, b)).find(|order| order.is_ne())
     };
     all.sort_by(|a, b| met(b).cmp(&met(a)).then_with(|| better(a, b).unwrap_or(Ordering::Equal)));
-    Ok(all.into_iter().take(count).map(|(choice, _)| choice).collect())
+    // Only ties that reach into what is taken are decided by F1.
+    let equal = |a: &Valued, b: &Valued| met(a) == met(b) && better(a, b).is_none();
+    let last = all.get(count.min(all.len()).saturating_sub(1));
+    let end = last.map_or(0, |last| all.iter().rposition(|one| equal(one, last)).map_or(0, |at| at + 1));
+    let region = requirements[0].1.region;
+    let f1 = |(choice, _): &Valued| {
+        let &Choice { combination, choice, representation, .. } = choice;
+        let key = RowKey { combination, choice, representation, region };
+        let over = results.summarize(results.moments(), key, Score::F1)?;
+        Ok(over.map_or(f64::NEG_INFINITY, |over| over.mean))
+    };
+    let f1: Vec<f64> = all[..end].iter().map(f1).collect::<Result<_>>()?;
+    let mut order: Vec<usize> = (0..end).collect();
+    order.sort_by(|&a, &b| match equal(&all[a], &all[b]) {
+        true => f1[b].total_cmp(&f1[a]),
+        false => a.cmp(&b),
+    });
+    Ok(order.into_iter().take(count).map(|place| all[place].0).collect())
 }
 
 /// Compares two values, the better one first; a missing value is the worst.

@@ -2,7 +2,7 @@
 
 use super::Choice;
 use super::names::{ChoiceNames, find_choices, unknown};
-use perirobot_march::error::{Argument, Site, Words};
+use perirobot_march::error::{Argument, Issue, Site, Words};
 use perirobot_march::{Error, Result};
 use perirobot_study::input::{Combination, Study};
 use perirobot_study::world::World;
@@ -50,6 +50,38 @@ pub fn find<'w>(study: &Study, worlds: &'w [World], wanted: &ChoiceSelector) -> 
     let here = |world: &&World| (world.scene, world.snapshot) == (scene, wanted.snapshot);
     let world = worlds.iter().find(here).expect("worlds are those of the study's scenes");
     Ok((world, Choice { combination, choice, representation, repeat: wanted.repeat }))
+}
+
+/// Most choices of poses that an error lists.
+const LISTED: usize = 6;
+
+/// The poses of the only choice of a study, or of one of its combinations.
+///
+/// # Errors
+/// If there are several: the first of them by name. An unknown combination.
+pub fn only_choice(study: &Study, combination: Option<&str>) -> Result<String> {
+    let all: Vec<ChoiceNames> = study.combinations.iter().map(|c| choice_names(study, c)).collect();
+    let named: Vec<&ChoiceNames> =
+        all.iter().filter(|names| combination.is_none_or(|name| name == names.combination)).collect();
+    if named.is_empty() {
+        let known: Vec<_> = all.iter().map(|names| names.combination).collect();
+        return Err(unknown(Argument("combination"), combination, &known));
+    }
+    let count = named.iter().map(|names| names.count()).fold(0, usize::saturating_add);
+    let mut first: Vec<String> = named
+        .iter()
+        .flat_map(|names| (0..names.count()).map(move |choice| names.name(choice)))
+        .take(LISTED)
+        .collect();
+    if count == 1 {
+        return Ok(first.swap_remove(0));
+    }
+    let more = count - first.len();
+    let rest = if more > 0 { format!(", and {more} more") } else { String::new() };
+    let what = Words::from("")
+        + Argument("pose")
+        + format!(" is missing: the study has {count} choices of poses").as_str();
+    Err(Error::from(Issue::says(what)).with_advice(format!("write one of {}{rest}", first.join(", "))))
 }
 
 /// Finds only the scene, and checks that it has this snapshot.

@@ -20,7 +20,7 @@ pub mod why;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-pub use find::{ChoiceSelector, find, find_scene};
+pub use find::{ChoiceSelector, find, find_scene, only_choice};
 pub use outline::Outline;
 use why::witness::Fan;
 

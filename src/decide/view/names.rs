@@ -108,7 +108,13 @@ impl ChoiceNames<'_> {
         Choices::from_sensors(self.members.iter().map(|(sensor, known)| (sensor, known.as_slice())))
     }
 
-    fn name(&self, choice: usize) -> String {
+    /// The number of choices.
+    pub(super) fn count(&self) -> usize {
+        self.choices().count()
+    }
+
+    /// The name of a choice, as in the column `poses`.
+    pub(super) fn name(&self, choice: usize) -> String {
         let names = self.members.iter().zip(self.choices().nth(choice));
         let names = names.map(|((sensor, known), place)| format!("{sensor}:{}", known[place]));
         names.collect::<Vec<_>>().join(BETWEEN_MEMBERS)

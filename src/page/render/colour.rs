@@ -64,6 +64,8 @@ pub(super) enum Entry {
     Dot([u8; 3], String),
     /// The figures of sensors.
     Sensor(String),
+    /// Words alone.
+    Note(String),
 }
 
 /// Assigns a colour to each voxel.

@@ -10,6 +10,7 @@ use embedded_graphics::text::{Baseline, Text};
 use super::canvas::Canvas;
 use super::colour::{Entry, SENSOR, ramp};
 use perirobot_decide::view::View;
+use perirobot_study::input::Member;
 use perirobot_study::world::World;
 use perirobot_sweep::results::columns::{pose_names, representation_names};
 
@@ -47,6 +48,19 @@ pub(super) fn title(world: &World, view: Option<&View>) -> String {
     )
 }
 
+/// The sensors of a view that say the same at this moment whoever is there, and what.
+pub(super) fn stuck_sensors(view: &View) -> Vec<String> {
+    let View { study, world, choice, .. } = view;
+    let combination = &study.combinations[choice.combination];
+    let members = combination.members.iter().zip(combination.choice(choice.choice));
+    let note = |(member, candidate): (&Member, usize)| {
+        let sensor = &study.sensors[member.sensor];
+        let says = world.stuck_at(study, [member.sensor, candidate])?;
+        Some(format!("{}:{} is {says}", sensor.name, sensor.candidates[candidate].name))
+    };
+    members.filter_map(note).collect()
+}
+
 fn width_px(text: &str) -> u32 {
     text.chars().count() as u32 * FONT.character_size.width
 }
@@ -58,6 +72,7 @@ impl Entry {
                 PATCH_PX + 5 + width_px(text)
             }
             Entry::Ramp(low, high) => width_px(low) + RAMP_PX + 10 + width_px(high),
+            Entry::Note(text) => width_px(text),
         }
     }
 }
@@ -107,6 +122,10 @@ impl Legend {
                 Entry::Sensor(text) => {
                     disc(canvas, Circle::with_center(square.center(), 9), SENSOR);
                     text
+                }
+                Entry::Note(text) => {
+                    write(canvas, text, at);
+                    continue;
                 }
                 Entry::Ramp(low, high) => {
                     let begin = at + Point::new(width_px(low) as i32 + 5, 0);

@@ -68,6 +68,8 @@ pub struct Wish {
     pub points: usize,
     /// Ways of bodies to draw, visible through everything.
     pub ways: Vec<Way>,
+    /// What is not as planned, for the legend; empty if all is.
+    pub case: String,
 }
 
 impl Default for Wish {
@@ -84,6 +86,7 @@ impl Default for Wish {
             open_m: 0.1,
             points: 3000,
             ways: Vec::new(),
+            case: String::new(),
         }
     }
 }
@@ -136,6 +139,9 @@ pub fn draw(world: &World, view: Option<&View>, wish: &Wish, backend: &mut dyn B
         .map(|view| Cut::new(wish).plane(world, false_volumes(view)));
     let haze = haze.filter(|haze| !haze.is_empty());
     let mut entries = palette.entries(&whole, haze.is_some(), view.filter(|_| wish.points > 0));
+    let stuck = view.map_or(Vec::new(), legend::stuck_sensors);
+    let case = Some(&wish.case).filter(|case| !case.is_empty());
+    entries.extend(stuck.iter().chain(case).cloned().map(colour::Entry::Note));
     entries.extend(wish.ways.iter().map(|way| colour::Entry::Patch(colour::WAY, way.words())));
     let legend = legend::Legend::new(legend::title(world, view), entries, wish.size_px[0]);
     let height = wish.size_px[1].saturating_sub(legend.height_px());

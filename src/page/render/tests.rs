@@ -24,6 +24,37 @@ fn wish() -> Wish {
         open_m: 0.1,
         points: 100,
         ways: Vec::new(),
+        case: String::new(),
+    }
+}
+
+/// A curtain in the tiny study, muted or tripped by the table, says so in the legend; one that works does not.
+#[test]
+fn a_switch_that_detects_nothing_is_named() {
+    let (study, _) = tiny();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(&study.scenes[0].path, folder.path().join("cell.toml")).unwrap();
+    for (keys, expected) in
+        [("muted_at = [0]", vec!["curtain:here is muted: it detects nothing"]), ("", vec![])]
+    {
+        let text = format!(
+            "[grid]\nvoxel_size_m = 0.1\n[[scene]]\nfile = \"cell.toml\"\n[[region]]\nname = \"low\"\n\
+             box = {{ min_m = [-0.5, -0.5, 0.1], max_m = [0.5, 0.5, 1.1] }}\n[[sensor]]\nname = \"curtain\"\nkind = \"gate\"\n\
+             box = {{ min_m = [-0.9, -0.6, 1.3], max_m = [-0.8, 0.6, 1.4] }}\n\
+             zone = {{ min_m = [-1, -0.6, 0.2], max_m = [1, 0.6, 1.5] }}\n{keys}\n"
+        );
+        let path = folder.path().join("study.toml");
+        std::fs::write(&path, text).unwrap();
+        let study = Study::load(&path, &Overrides::default()).unwrap();
+        let world = World::prepare(&study, 0).unwrap().remove(0);
+        let choice =
+            perirobot_decide::view::Choice { combination: 0, choice: 0, representation: 0, repeat: 0 };
+        let mut cpu = Cpu::new(Some(1)).unwrap();
+        let view = View::new(&study, &world, choice, &mut cpu).unwrap();
+        assert_eq!(legend::stuck_sensors(&view), expected);
+        // A line more than without.
+        let wish = Wish { case: "without camera:wall/0/0".into(), ..wish() };
+        draw(&world, Some(&view), &wish, &mut cpu).unwrap();
     }
 }
 

@@ -135,7 +135,8 @@ fn cure(view: &View, cause: &Cause) -> String {
         Reason::OutOfRange => "move the sensor nearer, or take one that measures farther".into(),
         Reason::Muted => "watch the zone with another sensor while the switch is muted".into(),
         Reason::Silent => {
-            "an idle switch proves nothing here; where the device's does, say otherwise = \"free\"".into()
+            "an idle switch proves nothing here; only if its data sheet says that idle means free, write otherwise = \"free\""
+                .into()
         }
         Reason::BetweenRays => "move the sensor nearer, or take one with a finer resolution".into(),
         Reason::Hidden => {

@@ -37,7 +37,8 @@ pub(super) fn maxima(results: &Results, combination: usize, region: usize, score
         for representation in 0..representations {
             let series = Series { combination, representation };
             let values = series.summarize(results, &scene.moments, region, score)?;
-            let first = first_best(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
+            let f1 = series.f1_means(results, &scene.moments, region)?;
+            let first = first_best(score, values.iter().map(|over| Some(over.as_ref()?.mean)), &f1);
             let Some((choice, value)) = first else { continue };
             if best.is_none_or(|best| score.merit(value) > score.merit(best.value)) {
                 best = Some(Maximum { value, choice, representation });

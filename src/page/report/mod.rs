@@ -1,9 +1,10 @@
 //! Presents results: tables for a terminal, the report as a page, and figures for print. Shared modules: the selection
-//! of results (`selection`, `series`), computed values (`maximum`, `bounds`, `quartiles`, `explained`), charts
+//! of results (`selection`, `series`, `best_choice`), computed values (`maximum`, `bounds`, `quartiles`, `explained`), charts
 //! (`charts`, `colours`), places on paper (`unfolded`), and wording (`table`, `apart`, `chosen_sets`, `purchased`,
 //! `wording`).
 
 mod apart;
+pub mod best_choice;
 #[cfg(feature = "report")]
 mod bounds;
 #[cfg(feature = "report")]

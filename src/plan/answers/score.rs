@@ -21,8 +21,10 @@ pub(crate) struct ScoreReply {
     counts: Vec<CountsReply>,
     /// Runs over the voxels of all regions: 0 called free, 1 called occupied, 2 unknown.
     labels: String,
-    /// For each column of the grid, x first, how many sensors watch it; 255 if it belongs to no region.
+    /// For each column of the grid, x first, how many sensors watch it; 255 if it is not counted.
     seen_by: String,
+    /// Above which floor they are counted, in words.
+    floor: String,
     frustums: Vec<Option<FrustumReply>>,
     /// Where each sensor is at this moment that a link carries.
     places: Vec<Option<PlaceReply>>,
@@ -79,6 +81,7 @@ impl ScoreReply {
             counts: counts.collect(),
             labels: runs(world.region_voxels().voxels().map(label), 3),
             seen_by: columns(&answer.floor, world),
+            floor: answer.floor.counted.to_string(),
             frustums: answer.frustums.iter().map(frustum).collect(),
             places: Vec::new(),
             problems: problem_replies(&answer.problems),

@@ -12,7 +12,7 @@ use perirobot_march::{Error, Result};
 use perirobot_study::input::{Study, Wanted};
 use perirobot_study::world::{World, share_kinds, with_sensors_of, worlds_key};
 
-use super::floor::CountedFloor;
+use super::floor::{CarryingFloor, CountedFloor};
 
 /// The least edge of larger voxels, in metres.
 const LEAST_COARSE_M: f64 = 0.05;
@@ -31,6 +31,8 @@ pub(super) struct Cell {
     key: String,
     /// What is ready of each moment.
     pub(super) moments: Vec<Option<Arc<ReadyMoment>>>,
+    /// By the number of a scene, what its floor map is counted above, once it was needed.
+    floors: Vec<Option<Arc<CarryingFloor>>>,
 }
 
 /// What does not depend on sensors at a moment.
@@ -48,12 +50,17 @@ impl Cell {
         if let Some(before) = before {
             share_kinds(&before.study, &mut study);
             if let Some(worlds) = with_sensors_of(&before.worlds, &before.study, &study) {
-                return Ok((Cell { study, worlds, key, moments: before.moments.clone() }, false));
+                // Where bodies come in decides which floors they get to.
+                let (moments, floors) = match before.study.approach == study.approach {
+                    true => (before.moments.clone(), before.floors.clone()),
+                    false => (vec![None; worlds.len()], vec![None; study.scenes.len()]),
+                };
+                return Ok((Cell { study, worlds, key, moments, floors }, false));
             }
         }
         let worlds = World::prepare_all_unless(&study, progress)?;
-        let moments = vec![None; worlds.len()];
-        Ok((Cell { study, worlds, key, moments }, true))
+        let (moments, floors) = (vec![None; worlds.len()], vec![None; study.scenes.len()]);
+        Ok((Cell { study, worlds, key, moments, floors }, true))
     }
 
     /// A moment by its number.
@@ -71,7 +78,14 @@ impl Cell {
             return Ok(ready.clone());
         }
         let search = BlockerSearch::new(&world.truth().blockers);
-        let ready = Arc::new(ReadyMoment { search, floor: CountedFloor::new(world) });
+        let carrying = self.floors[world.scene].clone().unwrap_or_else(|| {
+            let of_scene = self.worlds.chunk_by(|one, next| one.scene == next.scene);
+            let of_scene = of_scene.into_iter().find(|all| all[0].scene == world.scene).unwrap_or_default();
+            Arc::new(CarryingFloor::new(&self.study, of_scene))
+        });
+        let (scene, floor) = (world.scene, CountedFloor::new(world, &carrying));
+        let ready = Arc::new(ReadyMoment { search, floor });
+        self.floors[scene] = Some(carrying);
         self.moments[moment] = Some(ready.clone());
         Ok(ready)
     }

@@ -196,7 +196,8 @@ fn labels_and_floor_are_those_of_the_view() {
         assert_eq!(answer.labels.free.get(voxel), view.labels.free.get(voxel), "{voxel:?}");
     }
     // Column by column.
-    let FloorMap { min, size, sensors } = &answer.floor;
+    let FloorMap { min, size, sensors, counted } = &answer.floor;
+    assert_eq!(&**counted, "From the floor to 2 m:");
     let mut seen = [0; 4];
     for y in 0..size[1] as i32 {
         for x in 0..size[0] as i32 {
@@ -402,4 +403,105 @@ fn cameras_that_disturb_each_other_are_told() {
     let words = "A and B may disturb each other: both emit \"tof\", and each is in the other's field of view";
     assert!(told[0].words.starts_with(words), "{}", told[0].words);
     assert_eq!(judge(&study, Some(1)), []);
+}
+
+/// A floor, two steps up to a platform 40 cm high, and a table that nobody climbs, in voxels of 10 cm: along x from 0 up.
+const FLOORS: &str = r#"[grid]
+voxel_size_m = 0.1
+bounds_m = { min = [0, 0, -0.1], max = [5, 2, 3] }
+[[scene]]
+file = "cell.toml"
+[[region]]
+name = "cell"
+box = { min_m = [0, 0, 0], max_m = [5, 2, 3] }
+[[sensor]]
+name = "camera"
+kind = "rgbd"
+fov_deg = [60, 40]
+resolution_px = [32, 24]
+range_m = [0.1, 4]
+[[sensor.poses]]
+name = "wall"
+list = [{ name = "left", position_m = [0.05, 1.05, 1.65], facing = [1, 0, -0.2] }]
+[approach]
+floor = "auto"
+step_m = 0.2
+[[approach.body]]
+name = "dog"
+box = { size_m = [0.3, 0.3, 0.5] }
+on_floor = true
+[[approach.entry]]
+name = "door"
+box = { min_m = [0, 0, -0.5], max_m = [0.8, 2, 2] }
+"#;
+
+/// The map is counted above the surfaces that bodies get to, and a change of their step is followed.
+#[test]
+fn the_floor_map_follows_what_carries_bodies() {
+    let folder = tempfile::tempdir().unwrap();
+    let slab = |name: &str, from: f64, to: f64, high: f64| {
+        format!(
+            "[[object]]\nname = \"{name}\"\nbox = {{ size_m = [{}, 2, {high}] }}\nposition_m = [{}, 1, {}]\n",
+            to - from,
+            (from + to) / 2.0,
+            high / 2.0
+        )
+    };
+    let objects = [
+        slab("floor", 0.0, 4.99, 0.05),
+        slab("stair", 1.0, 1.49, 0.25),
+        slab("platform", 1.5, 2.99, 0.45),
+        slab("table", 4.0, 4.99, 0.85),
+    ];
+    std::fs::write(folder.path().join("cell.toml"), format!("interior = \"occupied\"\n{}", objects.concat()))
+        .unwrap();
+    let load = |step_m: &str| {
+        let path = folder.path().join("study.toml");
+        std::fs::write(&path, FLOORS.replace("step_m = 0.2", step_m)).unwrap();
+        Study::load(&path, &Overrides::default()).unwrap()
+    };
+    let mut live = live(BackendKind::Cpu, load("step_m = 0.2"));
+    let nobody = live.score(&ask(&[], 0, 0)).unwrap().floor;
+    assert_eq!(&*nobody.counted, "From each floor that bodies walk on to 2 m:");
+    let row = |floor: &FloorMap, y: usize| -> Vec<u8> {
+        let width = floor.size[0] as usize;
+        floor.sensors[y * width..(y + 1) * width].to_vec()
+    };
+    // From the platform they step down 40 cm nowhere: the floor behind it and the table are not reached.
+    let expected = |columns: usize| [vec![0; columns], vec![NOT_COUNTED; 50 - columns]].concat();
+    assert_eq!(row(&nobody, 10), expected(30));
+    // Up to 2 m above the platform, layer 25 of the grid, and not above.
+    let answer = live.score(&ask(&[listed(0, 0)], 0, 0)).unwrap();
+    let (regions, truth) =
+        (live.fine().unwrap().worlds[0].region_voxels(), live.fine().unwrap().worlds[0].truth());
+    for x in 0..30 {
+        let surface = match x {
+            0..10 => 1,
+            10..15 => 3,
+            _ => 5,
+        };
+        let column = (surface + 1..=surface + 20).map(|z| [x, 10, z]).filter(|&voxel| regions.get(voxel));
+        let labelled =
+            |voxel: [i32; 3]| u8::from(answer.labels.occupied.get(voxel) || answer.labels.free.get(voxel));
+        let expected = column.filter(|&voxel| !truth.occupied.get(voxel)).map(labelled).min().unwrap();
+        assert_eq!(row(&answer.floor, 10)[x as usize], expected, "{x}");
+    }
+    // Lower steps end before the stair; with one height everything is counted.
+    assert!(!live.set_study(load("step_m = 0.1"), None, &|| None).unwrap());
+    assert_eq!(row(&live.score(&ask(&[], 0, 0)).unwrap().floor, 10), expected(10));
+    let mut level = load("step_m = 0.1");
+    level.approach.step_m = None;
+    live.set_study(level, None, &|| None).unwrap();
+    let all = live.score(&ask(&[], 0, 0)).unwrap().floor;
+    assert_eq!(row(&all, 10), expected(50));
+    // An entry that nothing carries: said, not guessed.
+    let mut walled = load("step_m = 0.2");
+    walled.approach.entries[0].place = perirobot_study::input::EntryPlace::Box {
+        min_m: DVec3::new(0.0, 0.0, 1.5),
+        max_m: DVec3::new(0.8, 2.0, 2.9),
+    };
+    live.set_study(walled, None, &|| None).unwrap();
+    let counted = live.score(&ask(&[], 0, 0)).unwrap().floor.counted;
+    let told = counted.starts_with("Only from z ") && counted.contains("nothing that carries body");
+    assert!(told, "{counted}");
 }

@@ -23,6 +23,7 @@ function watchedPicture() {
   }
   context.putImageData(image, 0, 0);
   plan.of = answer;
+  if (answer.floor) element("plan-floor").textContent = answer.floor;
   return (plan.picture = canvas.toDataURL());
 }
 

@@ -52,6 +52,11 @@ impl ApproachFile {
         self.floor_m.unwrap_or(0.0)
     }
 
+    /// Whether bodies stand on what carries them; as written, before it is checked.
+    pub(super) fn has_several_floors(&self) -> bool {
+        self.floor.is_some()
+    }
+
     /// Whether it asks how near bodies come, and does not only give the floor.
     pub(super) fn asks(&self) -> bool {
         let ApproachFile { hazard, region, min_voxels, floor_m, floor, step_m: _, body, entry } = self;

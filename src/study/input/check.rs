@@ -253,8 +253,16 @@ fn no_postures_of_recordings(at: &Place, postures: &[Posture], sensors: &[Sensor
 
 /// What `[stopping]` says, if the study has it.
 fn stopping(at: &Place, file: &mut StudyFile, sensors: &[Sensor]) -> Result<Option<Stopping>> {
-    let floor_m = file.approach.as_ref().map_or(0.0, ApproachFile::standing_m);
-    file.stopping.take().map(|file| stopping::check(at, file, sensors, floor_m)).transpose()
+    let floor = file.approach.as_ref().map_or(stopping::StandingFloor::default(), |approach| {
+        stopping::StandingFloor { z_m: approach.standing_m(), is_auto: approach.has_several_floors() }
+    });
+    // Sensors that are in no set of the study make no distance larger; [choose] may take any.
+    let is_used = |sensor: &&Sensor| {
+        let named = |combination: &file::CombinationFile| combination.sensors.contains(&sensor.name);
+        file.combination.is_empty() || file.choose.is_some() || file.combination.iter().any(named)
+    };
+    let used: Vec<Sensor> = sensors.iter().filter(is_used).cloned().collect();
+    file.stopping.take().map(|file| stopping::check(at, file, &used, floor)).transpose()
 }
 
 /// Refuses what is a scene by its keys.

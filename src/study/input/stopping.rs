@@ -9,7 +9,7 @@
 //!
 //! People walk with K = 1.6 m/s; where the distance is at most 0.5 m an arm is faster than that, K = 2 m/s: the distance is that with 2
 //! m/s up to 0.5 m, else that with 1.6 m/s, but at least 0.5 m. C depends on the sensor and on the direction of approach
-//! (`stopping/intrusion.rs`); the largest of all sensors of a study holds.
+//! (`stopping/intrusion.rs`); the largest of all sensors in sets of a study holds.
 //!
 //! # Practice
 //! What depends on devices and on the robot has no default. The defaults are what public pages tell of the
@@ -66,8 +66,8 @@ pub(super) struct StoppingFile {
     /// 0.5 m; to be checked.
     human_speed_m_s: Option<f64>,
     /// C: how far somebody reaches in before anything notices it, in metres; for "speed_and_separation" and the
-    /// edition of 2010. Default the largest of all sensors, to be checked: 1.2 - 0.4 H, at least 0.85, for pads and for level
-    /// scanners H metres above the floor, else 0.85.
+    /// edition of 2010. Default the largest of all sensors in sets, to be checked: 1.2 - 0.4 H, at least 0.85, for pads and for
+    /// level scanners H metres above the floor, else 0.85.
     intrusion_m: Option<f64>,
     /// D_DS: the distance that belongs to the protective device, in metres; for the edition of 2024.
     device_distance_m: Option<f64>,
@@ -244,8 +244,21 @@ impl Stopping {
     }
 }
 
-/// Checks the table, for the sensors of a study and the height of its floor.
-pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m: f64) -> Result<Stopping> {
+/// The floor above which heights of scanners are measured.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StandingFloor {
+    pub(super) z_m: f64,
+    /// Whether people walk on floors of other heights as well.
+    pub(super) is_auto: bool,
+}
+
+/// Checks the table, for the sensors of a study and its floor.
+pub(super) fn check(
+    at: &Place,
+    file: StoppingFile,
+    sensors: &[Sensor],
+    floor: StandingFloor,
+) -> Result<Stopping> {
     let at = &at.key("stopping");
     let formula = formula(at, &file)?;
     refuse_others(at, &file, formula)?;
@@ -279,7 +292,7 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
         ));
     }
     let intrusions: Vec<Intrusion> =
-        sensors.iter().filter_map(|sensor| Intrusion::new(sensor, floor_m)).collect();
+        sensors.iter().filter_map(|sensor| Intrusion::new(sensor, floor.z_m)).collect();
     let farther = |a: &&Intrusion, b: &&Intrusion| a.metres().total_cmp(&b.metres());
     let farthest = intrusions.iter().max_by(farther);
     let parallel = intrusions.iter().find(|one| one.is_parallel());
@@ -311,7 +324,11 @@ pub(super) fn check(at: &Place, file: StoppingFile, sensors: &[Sensor], floor_m:
             (Some(metres), _) => metres,
             (None, Some((least_m, edition, sensor))) if key == "intrusion_m" => {
                 let (least, source) = (rounded_up(least_m, 2), source(edition, sensor));
-                let others = describe_sensors(&intrusions, least_m);
+                let mut others = describe_sensors(&intrusions, least_m);
+                if floor.is_auto && least_m < PARALLEL_M && parallel.is_some() {
+                    others += "; heights are measured from z 0 only, also with floor = \"auto\": for people on a platform \
+                               the plane is lower and C is larger, so write intrusion_m for them";
+                }
                 defaults.push(format!("{key} = {least} is a default, what {source}{others}"));
                 least_m
             }

@@ -41,8 +41,8 @@ fn cut_warning(study: &Study, worlds: &[World], region: usize, sides: &[&[&str]]
     (percent > 0.0).then(|| {
         let sides = sides[at].join(", ");
         format!(
-            "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: no loss \
-             if the cell ends there; if not, {bounds}, or {smaller}"
+            "region {name:?}: {percent:.1} % of it lies outside the grid ({sides}) and is not counted{when}: if nobody \
+             can be there, leave it as it is; else {bounds}, or {smaller}"
         )
     })
 }

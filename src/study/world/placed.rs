@@ -26,6 +26,18 @@ impl World {
         })
     }
 
+    /// What a switch at a candidate says at this moment whoever is there: that it is muted, or always on. `None` of one that
+    /// detects, and of other sensors.
+    pub fn stuck_at(&self, study: &Study, [sensor, candidate]: [usize; 2]) -> Option<&'static str> {
+        let truth = self.truth();
+        let station = stuck::exact_station(self, &truth, [sensor, candidate]);
+        let kind = &study.sensors[sensor].kind;
+        match kind.is_muted(&station) {
+            true => Some("muted: it detects nothing"),
+            false => (!kind.stuck_by(&station).is_empty()).then_some("always on: the environment trips it"),
+        }
+    }
+
     /// What is wrong with a sensor at a candidate at this moment; the first of: outside of the grid, not where its kind can
     /// work, inside of an object, always on, blind. Of a sensor that is walled in nothing is said.
     pub fn placement_problem(

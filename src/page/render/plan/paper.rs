@@ -59,13 +59,22 @@ impl Paper {
         [0.0, 0.0, tenth(right + BESIDE), tenth(bottom + BELOW)]
     }
 
-    /// A closed line through places, as a path.
+    /// A closed line through places, as a path. Steps along an axis, which outlines of voxels consist of, are relative: a
+    /// plan has thousands.
     pub(super) fn ring(&self, places: &[DVec2]) -> String {
-        let points = places.iter().map(|&place| {
+        let mut path = String::new();
+        let mut before: Option<[f64; 2]> = None;
+        for &place in places {
             let [x, y] = self.project(place);
-            format!("{x} {y}")
-        });
-        format!("M{}Z", points.collect::<Vec<_>>().join("L"))
+            path += &match before {
+                None => format!("M{x} {y}"),
+                Some([last_x, last_y]) if last_y == y => format!("h{}", tenth(x - last_x)),
+                Some([last_x, last_y]) if last_x == x => format!("v{}", tenth(y - last_y)),
+                Some(_) => format!("L{x} {y}"),
+            };
+            before = Some([x, y]);
+        }
+        path + "Z"
     }
 
     /// Axes in metres, the scale bar, and the direction of y.
@@ -119,6 +128,8 @@ mod tests {
         assert_eq!(paper.scale, 110.0);
         assert_eq!(paper.project(DVec2::new(-3.0, 2.0)), [LEFT, ABOVE], "the upper left corner");
         assert_eq!(paper.project(DVec2::new(3.0, -2.0)), [LEFT + 660.0, ABOVE + 440.0]);
-        assert_eq!(paper.ring(&[DVec2::ZERO, DVec2::X]), "M396 251L506 251Z");
+        assert_eq!(paper.ring(&[DVec2::ZERO, DVec2::X]), "M396 251h110Z");
+        let [a, b, c] = [DVec2::ZERO, DVec2::X, DVec2::new(2.0, 1.0)];
+        assert_eq!(paper.ring(&[a, b, c, DVec2::new(2.0, 0.0)]), "M396 251h110L616 141v110Z");
     }
 }

@@ -120,7 +120,8 @@ fn curves(
     let (mut by_mean, mut by_worst) = (Vec::new(), Vec::new());
     for &series in &part.series {
         let values = series.summarize(results, &results.scenes[scene].moments, region, score)?;
-        let best = |of: fn(&Over) -> f64| rank(score, values.iter().map(|over| over.as_ref().map(of)));
+        let f1 = series.f1_means(results, &results.scenes[scene].moments, region)?;
+        let best = |of: fn(&Over) -> f64| rank(score, values.iter().map(|over| over.as_ref().map(of)), &f1);
         by_mean.extend(
             best(|over| over.mean).into_iter().take(each).map(|(choice, value)| (series, choice, value)),
         );

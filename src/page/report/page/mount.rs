@@ -62,7 +62,7 @@ pub(super) fn explain_sheets() -> Markup {
             p.hint {
                 "Distances are to the next surface along each axis, in the scene’s files and not in voxels, people and robots \
                  left out. The thick line shows the sensor’s direction of view. Pan is counted from x to y, seen from above; tilt is \
-                 above or below the horizon. Grey areas are objects, blue ones robots; in red \
+                 above or below the horizon. A dashed line is a distance to something lower, at the height where that ends. Grey areas are objects, blue ones robots; in red \
                  ones a body is too near to be seen."
             }
         }
@@ -114,7 +114,8 @@ fn sheet(
                     };
                     let around = surroundings.measure(p);
                     let mut lengths = around.map(found);
-                    for (length, lower) in lengths.iter_mut().zip(surroundings.measure_lower(p, &around)) {
+                    let lower = surroundings.measure_lower(p, &around);
+                    for (length, lower) in lengths.iter_mut().zip(lower) {
                         let Some(LowerObject { away_m, below_m, object }) = lower else { continue };
                         *length += &format!(
                             "; {away_m:.3} m to {}, which ends {below_m:.3} m lower",
@@ -130,6 +131,7 @@ fn sheet(
                         stance: sensor.kind.stance(),
                         room_m: room_m(&worlds[0].truth()),
                         around: &around,
+                        lower: &lower,
                         names: &objects,
                         things: surroundings.things(),
                         near_m: &near_m,

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::measure::{self, BESTS};
 use crate::report::maximum::{Maxima, Maximum};
 use crate::report::quartiles::{Distribution, distribution};
-use crate::report::series::{Series, first_best, rank, series};
+use crate::report::series::{Series, compare_merit, first_best, rank, series};
 use perirobot_march::Result;
 use perirobot_march::metrics::{SCORES, Score};
 use perirobot_sweep::results::Results;
@@ -43,9 +43,9 @@ const MOST_SINGLE: usize = 300;
 const BINS: usize = 48;
 
 impl MeanSpread {
-    fn new(score: Score, means: &[Option<f64>]) -> Option<MeanSpread> {
+    fn new(score: Score, means: &[Option<f64>], f1: &[Option<f64>]) -> Option<MeanSpread> {
         let values: Vec<f64> = means.iter().copied().flatten().collect();
-        let best = first_best(score, means.iter().copied())?;
+        let best = first_best(score, means.iter().copied(), f1)?;
         let mut bins = vec![0; BINS];
         let distribution = distribution(values.clone())?;
         let Distribution { min, max, .. } = distribution;
@@ -66,18 +66,13 @@ pub(super) fn rankings(results: &Results) -> Result<Vec<Ranking>> {
 fn ranking(results: &Results, series: Series) -> Result<Ranking> {
     let mut by: [Vec<_>; BESTS.len()] = Default::default();
     let mut scenes: Vec<Vec<_>> = Vec::new();
-    let spreads = |means: &Means| Score::ALL.map(|score| MeanSpread::new(score, &means[score as usize]));
+    let spreads = |means: &Means| {
+        Score::ALL.map(|score| MeanSpread::new(score, &means[score as usize], &means[Score::F1 as usize]))
+    };
     for region in 0..results.regions.len() {
         let over_all = means(results, series, region, results.moments())?;
-        let means_by = |score: Score| over_all[score as usize].iter().copied();
-        let by_f1 = rank(Score::F1, means_by(Score::F1));
         for (by, score) in by.iter_mut().zip(BESTS) {
-            let means = &over_all[score as usize];
-            // The sort is stable, so F1 decides between equal ones; all with a value have an F1.
-            let mut all: Vec<_> =
-                by_f1.iter().filter_map(|&(choice, _)| Some((choice, means[choice]?))).collect();
-            all.sort_by(|a, b| b.1.total_cmp(&a.1));
-            by.push(all);
+            by.push(rank(score, over_all[score as usize].iter().copied(), &over_all[Score::F1 as usize]));
         }
         scenes.push(match &results.scenes[..] {
             [_] => vec![spreads(&over_all)],
@@ -126,8 +121,12 @@ pub(super) fn firsts(rankings: &[Ranking], region: usize, best: usize) -> Vec<(u
     let first =
         |(number, ranking): (usize, &Ranking)| Some((number, *ranking.choices_by(best)[region].first()?));
     let mut firsts: Vec<_> = rankings.iter().enumerate().filter_map(first).collect();
+    let with_f1 = |&(number, (choice, value)): &(usize, (usize, f64))| {
+        let mut by_f1 = rankings[number].choices_by(0)[region].iter();
+        (value, by_f1.find(|(known, _)| *known == choice).map(|(_, f1)| *f1))
+    };
     // The sort is stable: equal ones keep study order.
-    firsts.sort_by(|a, b| b.1.1.total_cmp(&a.1.1));
+    firsts.sort_by(|a, b| compare_merit(BESTS[best], with_f1(b), with_f1(a)));
     firsts
 }
 
@@ -168,13 +167,14 @@ mod tests {
 
     #[test]
     fn values_are_counted_part_by_part() {
-        let spread = MeanSpread::new(Score::Unknown, &[Some(0.5), None, Some(0.25), Some(0.75)]).unwrap();
+        let spread =
+            MeanSpread::new(Score::Unknown, &[Some(0.5), None, Some(0.25), Some(0.75)], &[None; 4]).unwrap();
         let filled: Vec<usize> = (0..BINS).filter(|&bin| spread.bins[bin] > 0).collect();
         assert_eq!((filled, spread.bins.iter().sum()), (vec![0, BINS / 2, BINS - 1], 3));
         // The smallest is the best if less is better.
         assert_eq!(spread.best, (2, 0.25));
-        assert_eq!(MeanSpread::new(Score::F1, &[Some(0.5); 3]).unwrap().bins[0], 3);
-        assert_eq!(MeanSpread::new(Score::F1, &[None]), None);
+        assert_eq!(MeanSpread::new(Score::F1, &[Some(0.5); 3], &[Some(0.5); 3]).unwrap().bins[0], 3);
+        assert_eq!(MeanSpread::new(Score::F1, &[None], &[None]), None);
     }
 
     #[test]

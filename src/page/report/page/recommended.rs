@@ -1,11 +1,12 @@
 //! The recommended choice of poses, the rule that selects it, and the drawn moment.
 
 use super::judged::JudgedChoice;
-use super::measure::BESTS;
 use super::ranking::Ranking;
 use super::{ReportedSweep, measure};
+use crate::report::best_choice::AskedScore;
 use crate::report::purchased;
 use crate::report::series::{Series, worst_snapshot};
+use crate::report::terminal::reasons::leader;
 use perirobot_decide::cheapest::{AimReport, PurchaseReport, PurchasedSet};
 use perirobot_decide::judge::{LeaderScope, cheapest, leaders};
 use perirobot_decide::view::Choice;
@@ -52,8 +53,8 @@ impl Recommended {
 
 /// The recommended choice: the chosen cheapest set that passes, or comes nearest; else the cheapest judged choice that
 /// meets all requirements; else the best of chosen sets; else the choice that meets the most requirements of the study
-/// as planned; else the choice that detects most body parts in the region with people at most moments, then has the
-/// highest F1; without people, the highest F1 in the first region. `None` if no choice has a score.
+/// as planned; else the best by the score that the study asks for: body parts detected, without people F1. Of equal
+/// ones it is that with the higher F1, then the first in the study. `None` if no choice has a score.
 pub(super) fn recommend(
     sweep: &ReportedSweep,
     rankings: &[Ranking],
@@ -69,7 +70,7 @@ pub(super) fn recommend(
     };
     let found = match found {
         Some(found) => Some(found),
-        None => recommend_scored(sweep.results, rankings)?,
+        None => recommend_scored(sweep, rankings)?,
     };
     let Some((series, choice, region, score, mut why)) = found else { return Ok(None) };
     if let Some(JudgedChoice { names: [_, poses, _], .. }) =
@@ -220,36 +221,25 @@ fn recommend_required(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Opt
     Ok(series.map(|series| (series, choice, region, score, why)))
 }
 
-fn recommend_scored(results: &Results, rankings: &[Ranking]) -> Result<Option<Found>> {
-    let index = |score: Score| BESTS.iter().position(|best| *best == score).unwrap_or_default();
-    for (score, words) in [(Score::PartsDetected, "body parts detected, then F1"), (Score::F1, "F1")] {
-        // Of several regions, the first of those where the score has a value at most moments.
-        let mut found: Option<(usize, Found)> = None;
-        for region in 0..results.regions.len() {
-            let mut best: Option<(usize, usize, [f64; 2], usize)> = None;
-            for (series, ranking) in rankings.iter().enumerate() {
-                let Some(&(choice, value)) = ranking.choices_by(index(score))[region].first() else {
-                    continue;
-                };
-                let own =
-                    measure::choice_measures(results, results.moments(), ranking.series.key(choice, region))?;
-                let merit = [value, own[0].map_or(f64::NEG_INFINITY, |over| over.mean)];
-                let place = Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
-                let values = own[place].map_or(0, |over| over.values);
-                if best.is_none_or(|(_, _, most, _)| merit > most) {
-                    best = Some((series, choice, merit, values));
-                }
-            }
-            let Some((series, choice, _, values)) = best else { continue };
-            if found.as_ref().is_none_or(|(most, _)| values > *most) {
-                let (all, name) = (count(results), &results.regions[region]);
-                let why = format!("the best of {all} choices of poses by {words}, in region {name}");
-                found = Some((values, (series, choice, region, score, why)));
-            }
-        }
-        if let Some((_, found)) = found {
-            return Ok(Some(found));
-        }
-    }
-    Ok(None)
+fn recommend_scored(sweep: &ReportedSweep, rankings: &[Ranking]) -> Result<Option<Found>> {
+    let results = sweep.results;
+    let AskedScore { region, score, .. } = AskedScore::new(sweep.study, results);
+    // A score that no choice has tells nothing.
+    let mut tries = [(region, score)].into_iter().chain((0..results.regions.len()).map(|at| (at, Score::F1)));
+    let found = tries.find_map(|(region, score)| match leader(results, region, score) {
+        Ok(found) => found.map(|found| Ok((found, region, score))),
+        Err(error) => Some(Err(error)),
+    });
+    let Some(([combination, choice, representation], region, score)) = found.transpose()? else {
+        return Ok(None);
+    };
+    let words = match score {
+        Score::F1 => "F1".to_string(),
+        Score::PartsDetected => "body parts detected, then F1".into(),
+        _ => format!("{}, then F1", measure::title(score)),
+    };
+    let (all, name) = (count(results), &results.regions[region]);
+    let why = format!("the best of {all} choices of poses by {words}, in region {name}");
+    let series = series_of(rankings, combination, representation);
+    Ok(series.map(|series| (series, choice, region, score, why)))
 }

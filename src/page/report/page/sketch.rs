@@ -8,7 +8,7 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use super::surroundings::Around;
+use super::surroundings::{Around, LowerObject};
 use crate::render::plan::labels::PlacedLabels;
 use crate::render::svg::{Svg, tenth};
 use perirobot_scene::pose::Pose;
@@ -36,6 +36,8 @@ pub(super) struct Sketch<'a> {
     pub(super) stance: Stance,
     pub(super) room_m: [DVec3; 2],
     pub(super) around: &'a Around,
+    /// In each of the first four directions what ends below the sensor and is nearer.
+    pub(super) lower: &'a [Option<LowerObject>; 4],
     /// The names of the surroundings.
     pub(super) names: &'a [String],
     pub(super) things: &'a [Thing],
@@ -156,6 +158,31 @@ impl ViewSide {
     /// A distance from the sensor along an axis, if there is a surface.
     fn dimension(&mut self, from: DVec3, around: &Around, axis: usize, names: &[String]) {
         let Some((way, metres, object)) = nearer(around, axis) else { return };
+        let words = format!("{metres:.3} m to {}", shorten(&names[object]));
+        self.length("dimension", from, (axis, way, metres), &words);
+    }
+
+    /// A distance along a level axis to a lower object, at the height where that ends.
+    fn dimension_lower(
+        &mut self,
+        from: DVec3,
+        lower: &[Option<LowerObject>; 4],
+        axis: usize,
+        names: &[String],
+    ) {
+        let ways = [2 * axis, 2 * axis + 1].into_iter();
+        let found = ways.filter_map(|way| lower.get(way).copied().flatten().map(|lower| (way, lower)));
+        let Some((way, LowerObject { away_m, below_m, object })) =
+            found.reduce(|a, b| if b.1.away_m < a.1.away_m { b } else { a })
+        else {
+            return;
+        };
+        let words = format!("{away_m:.3} m to {}, {below_m:.3} m lower", shorten(&names[object]));
+        self.length("dimension lower", from - DVec3::Z * below_m, (axis, way, away_m), &words);
+    }
+
+    /// A line from a place along an axis, with its length.
+    fn length(&mut self, class: &str, from: DVec3, (axis, way, metres): (usize, usize, f64), words: &str) {
         let mut to = from;
         to[axis] += if way % 2 == 0 { -metres } else { metres };
         let ([ax, ay], [bx, by]) = (self.project(from), self.project(to));
@@ -165,8 +192,7 @@ impl ViewSide {
         } else {
             format!("M{ax} {ay}V{by}M{} {ay}h8M{} {by}h8", ax - 4.0, bx - 4.0)
         };
-        self.svg.element("path", &[("class", &"dimension"), ("d", &ticks)]);
-        let words = format!("{metres:.3} m to {}", shorten(&names[object]));
+        self.svg.element("path", &[("class", &class), ("d", &ticks)]);
         let half = words.chars().count() as f64 * 0.3 * LETTERS + 1.0;
         let [x, y] = [(ax + bx) / 2.0, (ay + by) / 2.0];
         // Next to the middle of the line, else farther and farther away from it; always inside the drawing.
@@ -182,8 +208,8 @@ impl ViewSide {
         let places = places.chain((0..12).map(|n| [SIZE[0] / 2.0, MARGIN + 10.0 + f64::from(n) * 15.0]));
         // A distance is always written.
         let beside = [inside(x), y];
-        let at = self.labels.place_at(&words, LETTERS, places).unwrap_or(beside);
-        self.write_at("value", at, &words);
+        let at = self.labels.place_at(words, LETTERS, places).unwrap_or(beside);
+        self.write_at("value", at, words);
     }
 
     /// The names of the largest objects, in or beside them, if there is room.
@@ -283,6 +309,7 @@ impl Sketch<'_> {
         view.draw_near(at, self.near_m);
         view.draw_sensor(self.pose, self.letter);
         axes.into_iter().for_each(|axis| view.dimension(at, around, axis, self.names));
+        axes.into_iter().for_each(|axis| view.dimension_lower(at, self.lower, axis, self.names));
         view.name(self.things);
         view
     }
@@ -302,7 +329,7 @@ mod tests {
     #[test]
     fn distances_and_angles_are_written_inside() {
         let room = [DVec3::new(-3.0, -2.0, 0.0), DVec3::new(3.0, 2.0, 3.0)];
-        let names = ["hall <1>".to_string(), "table".to_string()];
+        let names = ["hall <1>", "table", "mesh"].map(String::from);
         assert_eq!(shorten(&"x".repeat(400)).chars().count(), LONGEST);
         for x in [-2.95, 0.0, 2.95] {
             for y in [-1.95, 1.95] {
@@ -330,6 +357,13 @@ mod tests {
                     stance: Stance::Facing,
                     room_m: room,
                     around: &around,
+                    lower: &[
+                        Some(LowerObject { away_m: (2.0 + x) / 2.0, below_m: 0.5, object: 2 }),
+                        None,
+                        None,
+                        None,
+                    ]
+                    .map(|lower| lower.filter(|lower| lower.away_m > 0.0)),
                     names: &names,
                     things: &[fence],
                     near_m: &[vec![pose.position_m + DVec3::new(1.0, 1.0, -1.0), pose.position_m - DVec3::X]],
@@ -368,6 +402,13 @@ mod tests {
                     texts[1].contains(&"1.700 m to table".to_string()),
                     "the height, not the ceiling: {texts:?}"
                 );
+                if x > -2.0 {
+                    let lower = format!("{:.3} m to mesh, 0.500 m lower", (2.0 + x) / 2.0);
+                    assert!(texts[0].contains(&lower), "{texts:?}");
+                    assert!(drawn[0].contains("class=\"dimension lower\""), "{}", drawn[0]);
+                    // 0.5 m below the sensor, in the elevation along x.
+                    assert_eq!(texts[1].contains(&lower), drawn[1].contains("elevation: x"), "{texts:?}");
+                }
                 assert!(texts[1].iter().any(|text| text.starts_with("tilt -28.6°")), "{texts:?}");
             }
         }

@@ -2,12 +2,13 @@
 //! the upper bound of all positions and the scores of trivial answers.
 
 use crate::report::NEAR_SIDE;
-use crate::report::series::{Series, series};
+use crate::report::best_choice::AskedScore;
+use crate::report::series::{Series, rank, series};
 use crate::report::table::{NONE, Table, number};
 use crate::report::wording::extent;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
-use perirobot_study::input::{Requirement, Study, Wanted};
+use perirobot_study::input::Study;
 use perirobot_sweep::results::Results;
 use perirobot_sweep::results::over::Over;
 
@@ -16,39 +17,6 @@ const MOST_LINES: usize = 10;
 
 /// The scores of every answer.
 const SCORES: [Score; 4] = [Score::PartsDetected, Score::HumanSeen, Score::Kappa, Score::F1];
-
-/// The score that ranks choices, and its region.
-struct Question {
-    region: usize,
-    score: Score,
-    /// Its source.
-    source: &'static str,
-}
-
-impl Question {
-    /// That of `[choose]`; else of the first requirement about a score; else body parts, or F1 without people, in the
-    /// region where most moments have a value.
-    fn new(study: &Study, results: &Results) -> Question {
-        if let Some(Wanted::Best(choose)) = &study.choose {
-            return Question { region: choose.region, score: choose.objective, source: ", from [choose]" };
-        }
-        if let Some(counted) = study.requirements.iter().find_map(Requirement::counted_score) {
-            return Question { region: counted.region, score: counted.score, source: ", from [[require]]" };
-        }
-        for score in [Score::PartsDetected, Score::F1] {
-            let values = |region: usize| {
-                results.baselines_over(results.moments(), region, score)[0].1.map_or(0, |over| over.values)
-            };
-            let regions = 0..results.regions.len();
-            // The first of equal ones.
-            let most = regions.rev().max_by_key(|&region| values(region));
-            if let Some(region) = most.filter(|&region| values(region) > 0) {
-                return Question { region, score, source: "" };
-            }
-        }
-        Question { region: 0, score: Score::F1, source: "" }
-    }
-}
 
 /// The best choice of poses of a sensor or a combination.
 struct BestChoice {
@@ -65,7 +33,7 @@ struct BestChoice {
 /// # Errors
 /// Those of a journal that cannot be read.
 pub fn render(study: &Study, results: &Results) -> Result<String> {
-    let Question { region, score, source } = Question::new(study, results);
+    let AskedScore { region, score, source } = AskedScore::new(study, results);
     let baselines = |score: Score| results.baselines_over(results.moments(), region, score);
     // Without people some scores have no value anywhere.
     let has_value = |score: Score| baselines(score)[0].1.is_some_and(|over| over.values > 0);
@@ -121,7 +89,7 @@ pub fn render(study: &Study, results: &Results) -> Result<String> {
         text += &format!("  and {more} more\n");
     }
     let below: usize = best.iter().map(|one| one.below).sum();
-    if let Some(stuck) = stuck.filter(|_| below > 0) {
+    if let Some(stuck) = stuck.filter(|_| below > 0 && study.requirements.is_empty()) {
         let choices: usize = all.iter().map(|one| results.combinations[one.combination].choices()).sum();
         text += &format!(
             "\nA sensor stuck at \"occupied\" has F1 {stuck:.3}, and {below} of {choices} placements have less: compare kappa\n\
@@ -140,7 +108,7 @@ const STUCK: &str = "all occupied";
 /// The printed baselines, with their names.
 const TRIVIAL: [(usize, &str); 2] = [(0, "all positions together"), (1, "stuck at \"occupied\"")];
 
-/// The best choice by the first score, then by F1.
+/// The best choice by the first score.
 fn best(
     results: &Results,
     series: Series,
@@ -152,13 +120,9 @@ fn best(
         series.summarize(results, &moments, region, scores[0])?,
         series.summarize(results, &moments, region, Score::F1)?,
     );
-    let merit = |choice: usize| {
-        let mean = |over: Option<Over>| over.map_or(f64::NEG_INFINITY, |over| over.mean);
-        [by[choice].map_or(f64::NEG_INFINITY, |over| scores[0].merit(over.mean)), mean(f1[choice])]
-    };
-    let choices = (0..by.len()).filter(|&choice| by[choice].is_some());
-    // The first of equal ones.
-    let choice = choices.reduce(|best, next| if merit(next) > merit(best) { next } else { best });
+    let mean = |over: &Option<Over>| Some(over.as_ref()?.mean);
+    let f1_means: Vec<Option<f64>> = f1.iter().map(mean).collect();
+    let choice = rank(scores[0], by.iter().map(mean), &f1_means).first().map(|(choice, _)| *choice);
     let below = f1.iter().flatten().filter(|over| stuck.is_some_and(|stuck| over.mean < stuck)).count();
     let scores = scores.iter().map(|&score| match choice {
         Some(choice) => results.summarize(moments.clone(), series.key(choice, region), score),

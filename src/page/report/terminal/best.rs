@@ -2,7 +2,7 @@
 //! with many combinations or representations gets one line for each instead of a block.
 
 use crate::report::NEAR_SIDE;
-use crate::report::series::{Series, rank, series};
+use crate::report::series::{Series, series};
 use crate::report::table::{NONE, Table, number};
 use crate::report::wording::extent;
 use perirobot_march::Result;
@@ -118,7 +118,7 @@ fn compact(results: &Results, all: &[Series], region: usize, left_out: &mut bool
         let mut table = Table::new(&[&best, "mean", "± std", "worst", "pooled", "<poses", "<place"]);
         for series in all {
             let values = series.summarize(results, &results.moments(), region, score)?;
-            let best = rank(score, values.iter().map(|over| Some(over.as_ref()?.mean)));
+            let best = series.best(results, &results.moments(), region, score)?;
             let combination = &results.combinations[series.combination];
             let (over, name, place) = match best.first() {
                 Some(&(choice, _)) => {

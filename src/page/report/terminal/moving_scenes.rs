@@ -64,10 +64,11 @@ fn rows(
             Some(_) => Some(series.weighted_mean(results, &scene.moments, region, score)?),
             None => None,
         };
+        let f1 = series.f1_means(results, &scene.moments, region)?;
         let by = |of: fn(&Over) -> f64| values.iter().map(|over| over.as_ref().map(of)).collect::<Vec<_>>();
         let orders = [("mean", Some(by(|over| over.mean))), ("worst", Some(by(|over| over.worst)))];
         for (by, values_by) in orders.into_iter().chain([("weighted", weighted.clone())]) {
-            let best = rank(score, values_by.into_iter().flatten());
+            let best = rank(score, values_by.into_iter().flatten(), &f1);
             for (rank, &(choice, _)) in best.iter().take(SHOWN).enumerate() {
                 let names = [scene.name.clone(), series.title(results), by.into()];
                 let over = values[choice];

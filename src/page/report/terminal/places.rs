@@ -38,7 +38,11 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
             for place in &places {
                 let moments = place.moments.iter().copied();
                 let ranking = match is_weighted {
-                    true => rank(score, series.weighted_mean(results, &moments, region, score)?.into_iter()),
+                    true => rank(
+                        score,
+                        series.weighted_mean(results, &moments, region, score)?.into_iter(),
+                        &series.f1_means(results, &moments, region)?,
+                    ),
                     false => series.best(results, &moments, region, score)?,
                 };
                 if let Some(&(choice, mean)) = ranking.first() {

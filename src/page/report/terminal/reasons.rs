@@ -2,7 +2,7 @@
 
 use crate::report::explained::{Advice, Explained, explain};
 use crate::report::reasons_file::names;
-use crate::report::series::{Series, series};
+use crate::report::series::{Series, compare_merit, series};
 use crate::report::table::Table;
 use perirobot_decide::view::why::{CauseTally, Missed};
 use perirobot_decide::view::{Choice, View};
@@ -33,12 +33,14 @@ pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Result<Vec<
 
 /// The best of all choices by a score in a region: combination, choice and representation; `None` if none has a value.
 pub fn leader(results: &Results, region: usize, score: Score) -> Result<Option<[usize; 3]>> {
-    let mut leader: Option<([usize; 3], f64)> = None;
+    let mut leader: Option<([usize; 3], (f64, Option<f64>))> = None;
     for one in series(results, 0..results.combinations.len()) {
         let best = one.best(results, &results.moments(), region, score)?;
         let Some(&(choice, mean)) = best.first() else { continue };
-        if leader.is_none_or(|(_, most)| score.merit(mean) > score.merit(most)) {
-            leader = Some(([one.combination, choice, one.representation], mean));
+        let f1 = results.summarize(results.moments(), one.key(choice, region), Score::F1)?;
+        let own = (mean, f1.map(|over| over.mean));
+        if leader.is_none_or(|(_, most)| compare_merit(score, own, most).is_gt()) {
+            leader = Some(([one.combination, choice, one.representation], own));
         }
     }
     Ok(leader.map(|(choice, _)| choice))

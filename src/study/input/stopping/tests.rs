@@ -14,8 +14,12 @@ fn checked_for(text: &str, sensors: &[Sensor]) -> Result<Stopping, String> {
 }
 
 fn checked_above(text: &str, sensors: &[Sensor], floor_m: f64) -> Result<Stopping, String> {
+    checked_on(text, sensors, StandingFloor { z_m: floor_m, is_auto: false })
+}
+
+fn checked_on(text: &str, sensors: &[Sensor], floor: StandingFloor) -> Result<Stopping, String> {
     let at = Place::new(Path::new("study.toml"));
-    check(&at, toml::from_str(text).unwrap(), sensors, floor_m).map_err(|e| e.to_string())
+    check(&at, toml::from_str(text).unwrap(), sensors, floor).map_err(|e| e.to_string())
 }
 
 /// A sensor with some keys, that stands at these heights.
@@ -235,6 +239,13 @@ fn intrusions_are_those_of_the_direction_of_approach() {
         "0.85 for \"camera\"",
     ] {
         assert!(said.contains(part), "{part}: {said}");
+    }
+    // 0.1 m above z 0, which is not the floor of people on a platform.
+    for (is_auto, sensors) in [(true, std::slice::from_ref(&low)), (false, &[low.clone()]), (true, &all)] {
+        let stopping = checked_on(&iso, sensors, StandingFloor { z_m: 0.0, is_auto }).unwrap();
+        let said = stopping.assumptions(0.05).join("\n");
+        let is_said = said.contains("heights are measured from z 0 only, also with floor = \"auto\"");
+        assert_eq!(is_said, is_auto && sensors.len() == 1, "{said}");
     }
     // What is written holds, and is told where it is too little.
     let less = format!("{iso}intrusion_m = 0.85");

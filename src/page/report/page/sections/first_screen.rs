@@ -143,21 +143,26 @@ impl FirstScreen {
                 p.note {
                     "This is " (self.why) ". " a href="#instead" { "What instead?" } " " a href="#where" { "Where exactly?" }
                 }
+                @if !good.required.is_empty() { (render_verdicts(good)) }
                 dl.tiles { @for tile in &self.tiles { (tile.view()) } }
                 p.disclaimer { "A planning aid, not a validation: " a href="#assumed" { "what was assumed" } "." }
                 p.note { (self.counted) "." }
                 @for thinned in &self.thinned { p.note.thinned { (thinned) } }
-                @if !good.required.is_empty() {
-                    ul.verdicts {
-                        @for one in &good.required {
-                            li.(one.verdict()) {
-                                b { (one.verdict()) }
-                                span {
-                                    strong { (one.name) } " " span.note { (one.asked) ": " (one.describe_found()) }
-                                    (one.view_safety_function())
-                                }
-                            }
-                        }
+            }
+        }
+    }
+}
+
+/// The requirements with their verdicts in a few words.
+fn render_verdicts(good: &Good) -> Markup {
+    html! {
+        ul.verdicts {
+            @for one in &good.required {
+                li.(one.verdict()) {
+                    b { (one.verdict()) }
+                    span {
+                        strong { (one.name) } " " span.note { (one.asked) ": " (one.describe_found()) }
+                        (one.view_safety_function())
                     }
                 }
             }

@@ -21,6 +21,8 @@ pub(super) struct Instead<'a> {
     sets: Vec<Titled>,
     /// The note on means of snapshots with weights.
     plain_means: Option<&'static str>,
+    /// Whether requirements decide, and F1 and answers without a sensor are details.
+    has_requirements: bool,
 }
 
 impl<'a> Instead<'a> {
@@ -31,6 +33,7 @@ impl<'a> Instead<'a> {
             regions: regions.map(|region| RegionBest::new(findings, region)).collect::<Result<_>>()?,
             sets: findings.sweep.chosen.map(best_sets).unwrap_or_default(),
             plain_means: results.dwell_s.as_ref().map(|_| PLAIN_MEANS),
+            has_requirements: !findings.sweep.study.requirements.is_empty(),
         })
     }
 
@@ -42,7 +45,17 @@ impl<'a> Instead<'a> {
                 @if self.regions.len() > 1 {
                     form.controls aria-label="Which region is shown" { (list("region-of-best", "Region")) }
                 }
-                @for region in &self.regions { (region.view()) }
+                @if self.has_requirements {
+                    p {
+                        "The study has requirements, and " a href="#good" { "their verdicts" } " decide, not these scores."
+                    }
+                    details #scores-of-best {
+                        summary { "Best placements by single scores, F1 among them, beside answers without a sensor" }
+                        @for region in &self.regions { (region.view()) }
+                    }
+                } @else {
+                    @for region in &self.regions { (region.view()) }
+                }
                 @if let [best, others @ ..] = &self.sets[..] {
                     (plain(best))
                     @for table @ (title, _) in others { details { summary { (title) } (plain(table)) } }

@@ -8,6 +8,7 @@ mod help;
 mod instead;
 mod money;
 mod run;
+mod signed;
 mod summary;
 mod whereabouts;
 
@@ -24,6 +25,7 @@ use money::Money;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
 use run::Run;
+use signed::Signed;
 use summary::summary;
 use whereabouts::Whereabouts;
 
@@ -40,6 +42,7 @@ pub(super) struct Sections<'a> {
     money: Option<Money<'a>>,
     compare: Compare,
     run: Run,
+    signed: Signed,
 }
 
 impl<'a> Sections<'a> {
@@ -48,6 +51,7 @@ impl<'a> Sections<'a> {
         let money = Money::new(findings)?;
         let (first_screen, good) = (FirstScreen::from_recommended(findings)?, Good::new(findings)?);
         Ok(Sections {
+            signed: Signed::new(&findings.sweep, first_screen.as_ref().map(|first| first.set.as_str())),
             summary: first_screen.as_ref().map(|first| summary(findings, first, &good)),
             first_screen,
             help: Help::from_findings(findings)?,
@@ -73,6 +77,7 @@ impl<'a> Sections<'a> {
                 @if self.money.is_some() { a href="#money" { "More money?" } }
                 a href="#compare" { "All places" }
                 a href="#run" { "What was run" }
+                a href="#signed" { "Signatures" }
             }
         }
     }
@@ -109,6 +114,7 @@ impl<'a> Sections<'a> {
             @if let Some(money) = &self.money { (money.view()) }
             (self.compare.view())
             (self.run.view())
+            (self.signed.view())
         }
     }
 }

@@ -40,8 +40,8 @@ impl BigNumber {
     }
 }
 
-/// The large numbers: with people in the region their detection, else agreement; and the unwatched floor of the first
-/// plan.
+/// The large numbers: what the study requires; with people in the region their detection, else agreement unless something
+/// is required; and the unwatched floor of the first plan.
 pub(super) fn tiles(
     sweep: &ReportedSweep,
     rankings: &[Ranking],
@@ -53,11 +53,23 @@ pub(super) fn tiles(
     let own = measure::choice_measures(results, results.moments(), key)?;
     let place = |score: Score| Score::ALL.iter().position(|known| *known == score).unwrap_or_default();
     let mean = |score: Score| own[place(score)];
-    let mut shown = match mean(Score::PeopleDetected) {
+    let required = &sweep.study.requirements;
+    let in_region = required.iter().filter_map(|one| one.counted_score());
+    let in_region = in_region.filter(|counted| counted.region == recommended.region);
+    let mut shown: Vec<Score> = in_region.map(|counted| counted.score).collect();
+    shown.extend(match mean(Score::PeopleDetected) {
         Some(_) => vec![Score::PeopleDetected, Score::PartsDetected],
-        None => vec![Score::F1, Score::Kappa],
-    };
+        None if required.is_empty() => vec![Score::F1, Score::Kappa],
+        None => Vec::new(),
+    });
     shown.extend([Score::Unknown, Score::FalseAlarm]);
+    let mut each: Vec<Score> = Vec::new();
+    for score in shown {
+        if !each.contains(&score) {
+            each.push(score);
+        }
+    }
+    let mut shown = each;
     if sweep.chosen.is_some() && !shown.contains(&recommended.score) {
         shown.insert(0, recommended.score);
     }

@@ -31,6 +31,9 @@ const COLUMNS: [&str; 13] = [
     "unnoticed m2",
 ];
 
+/// The column of studies in which bodies walk on what carries them.
+const FENCE: &str = "fence between";
+
 /// The facts.
 #[derive(Debug, Default)]
 pub(super) struct Near {
@@ -60,15 +63,31 @@ pub(super) fn read_approach(folder: &Path, own: &[String; 3]) -> Result<Near> {
         ));
     } else if approaches.case.is_empty() {
         let title = "How near a person gets unnoticed, as perirobot approach has found";
-        near.tables.push((title.into(), table(&COLUMNS, &approaches.rows, cells)));
+        near.tables
+            .push((title.into(), table(&columns(&approaches), &approaches.rows, cells_of(&approaches))));
         near.plans = plans(folder, &approaches.rows)?;
     } else {
         let title = "What if: how near a person gets unnoticed where not all is as planned";
-        let columns: Vec<&str> = ["case"].into_iter().chain(COLUMNS).collect();
+        let columns: Vec<&str> = ["case"].into_iter().chain(columns(&approaches)).collect();
+        let cells = cells_of(&approaches);
         let with_case = |row: &ApproachRow| [vec![approaches.case.clone()], cells(row)].concat();
         near.tables.push((title.into(), table(&columns, &approaches.rows, with_case)));
     }
     Ok(near)
+}
+
+/// The shown columns; with `floor = "auto"` also the fence.
+fn columns(approaches: &Approaches) -> Vec<&'static str> {
+    COLUMNS.into_iter().chain(approaches.step_m.map(|_| FENCE)).collect()
+}
+
+/// The cells in these columns.
+fn cells_of(approaches: &Approaches) -> impl Fn(&ApproachRow) -> Vec<String> {
+    let fence = approaches.step_m.is_some();
+    move |row| {
+        let between = fence.then(|| row.fence_between.clone().unwrap_or_default());
+        cells(row).into_iter().chain(between).collect()
+    }
 }
 
 fn table(columns: &[&str], rows: &[ApproachRow], cells: impl Fn(&ApproachRow) -> Vec<String>) -> Table {
