@@ -126,7 +126,7 @@ class Dataset:
         for part in self._parts:
             for name, file in part["files"].items():
                 path = os.path.join(self.folder, name)
-                if _sha256(path) != file["sha256"]:
+                if file_sha256(path) != file["sha256"]:
                     raise ValueError(f"{path}: differs from its hash: remove it, and run perirobot.dataset again")
 
     def _place(self, number: int) -> tuple[int, int, int, int]:
@@ -204,7 +204,8 @@ def _json(path: str) -> dict[str, Any] | None:
     return keys
 
 
-def _sha256(path: str) -> str:
+def file_sha256(path: str) -> str:
+    """The hash of a file, in hexadecimal."""
     found = hashlib.sha256()
     with open(path, "rb") as file:
         while block := file.read(_BLOCK):
