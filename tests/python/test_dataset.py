@@ -1,5 +1,6 @@
 """A data set has the labels and the truth of its study, whoever wrote which part, and however often it was stopped."""
 
+import functools
 import json
 import multiprocessing
 import os
@@ -375,6 +376,27 @@ pr.dataset(cells(), SENSORS, out={out!r}, cells_per_part=2)
         change(slab(0.4))
         with self.assertRaisesRegex(ValueError, "^one.stl: has changed since the study read it: make the study again"):
             pr.dataset(study, out=self.folder())
+
+    def test_files_of_packages_and_elsewhere_are_found_again(self):
+        folder, parts = pathlib.Path(tempfile.mkdtemp()), pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, folder)
+        self.addCleanup(shutil.rmtree, parts)
+        path, mesh = tiny_with_a_crumb(str(folder)), parts / "slab.stl"
+        cell = path.parent / "tiny/cell.toml"
+        cell.write_text(f'{cell.read_text()}\n[[object]]\nname = "slab"\nmesh = "{mesh}"\nunit = "m"\n')
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", pr.InputWarning)
+            for words, name in [({"packages": {"parts": parts}}, "package://parts/slab.stl"), ({"allow_outside": True}, str(mesh))]:
+                out = self.folder()
+                for height_m, fails in [(0.3, False), (0.3, False), (0.4, True)]:
+                    mesh.write_text(slab(height_m))
+                    study = pr.Study.load(path, **words)
+                    make = functools.partial(pr.dataset, study, combination=study.combinations[0], out=out)
+                    if fails:
+                        with self.assertRaisesRegex(ValueError, f"^{name}: has changed since .*part-00000.json was written"):
+                            make()
+                    else:
+                        self.assertIn(name, json.loads(pathlib.Path(make().folder, "part-00000.json").read_text())["read"])
 
     def test_comments_of_files_change_nothing(self):
         folder = tempfile.mkdtemp()

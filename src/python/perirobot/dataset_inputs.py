@@ -33,7 +33,7 @@ class Inputs:
 
     def study_files(self) -> dict[str, str]:
         """The files that the study has read so far, with their hashes."""
-        return {os.fspath(path): sha256 for path, sha256 in _perirobot.disk_files(self._study._native)}
+        return dict(_perirobot.disk_files(self._study._native))
 
     def check(self) -> None:
         """Reads all these files again; fails if one is missing or has changed, whatever its size and date."""
