@@ -1,4 +1,4 @@
-"""Labels of many random cells out of Python, against the sweep of the same cells: python benches/labels.py [CELLS [BACKEND]].
+"""Labels of many random cells out of Python, against the sweep of the same cells: python3 benches/labels.py [CELLS [BACKEND]].
 
 Both begin with new studies, so that each puts the cells into voxels itself. Needs the Python package (src/guide/python.md).
 """

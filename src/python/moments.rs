@@ -1,6 +1,6 @@
 //! Moments of some scenes of a study, in voxels as long as they are needed: a data set goes through many scenes.
 
-use std::path::PathBuf;
+use std::collections::HashSet;
 
 use numpy::{PyArray3, PyReadwriteArray2};
 use perirobot_decide::view::{Choice, ChoiceSelector, find};
@@ -130,11 +130,13 @@ impl Moments {
     }
 }
 
-/// The files on the disk that a study has read so far, with their hashes.
+/// The files on the disk that a study has read so far, with their hashes, but for the study file and its scene files,
+/// whose contents are compared.
 #[pyfunction]
-pub(crate) fn disk_files(study: &Study) -> Vec<(PathBuf, String)> {
-    let in_memory: Vec<String> = study.files.iter().map(|(path, _)| study.study.sources.name(path)).collect();
-    let is_on_disk = |(name, _): &ReadFile| !in_memory.contains(name);
-    let read = study.read_files().into_iter().filter(is_on_disk);
-    read.map(|(name, sha256)| (PathBuf::from(name), sha256)).collect()
+pub(crate) fn disk_files(study: &Study) -> Vec<ReadFile> {
+    let Study { study: read, files, .. } = study;
+    let texts = read.scenes.iter().map(|scene| &scene.path).chain([&read.path]);
+    let in_memory = files.iter().map(|(path, _)| path);
+    let left_out: HashSet<String> = texts.chain(in_memory).map(|path| read.sources.name(path)).collect();
+    study.read_files().into_iter().filter(|(name, _): &ReadFile| !left_out.contains(name)).collect()
 }

@@ -1,5 +1,6 @@
 """A data set has the labels and the truth of its study, whoever wrote which part, and however often it was stopped."""
 
+import functools
 import json
 import multiprocessing
 import os
@@ -50,6 +51,16 @@ def cells(count: int = 7, seed: int = 1) -> dict[str, pr.Cell]:
         person[x : x + 2, 10:12, 1:10] = robot[9:11, 5:7, :6] = True
         made[f"cell {number}"] = pr.Cell(occupied, 0.1, people=person, robot=robot)
     return made
+
+
+def slab(height_m: float) -> str:
+    """A mesh of two triangles."""
+    triangles = [[(0.2, 0.2), (1.8, 0.2), (1.8, 1.4)], [(0.2, 0.2), (1.8, 1.4), (0.2, 1.4)]]
+    facets = ""
+    for corners in triangles:
+        vertices = "\n".join(f"vertex {x} {y} {height_m}" for x, y in corners)
+        facets += f"facet normal 0 0 1\nouter loop\n{vertices}\nendloop\nendfacet\n"
+    return f"solid slab\n{facets}endsolid slab\n"
 
 
 def read(data: pr.Dataset, numbers: list[int], answers: "multiprocessing.Queue[int]") -> None:
@@ -317,6 +328,90 @@ pr.dataset(cells(), SENSORS, out={out!r}, cells_per_part=2)
         table.write_text(table.read_text().replace("\n1.", "\n1.0", 1) + "\n")
         with self.assertRaisesRegex(ValueError, "paper/scene1_operator.csv: has changed since .*part-00000.json was written"):
             pr.dataset(given, keys, out=out, folder=folder)
+
+    def test_files_that_changed_afterwards_are_refused(self):
+        folder, out = pathlib.Path(tempfile.mkdtemp()), self.folder()
+        self.addCleanup(shutil.rmtree, folder)
+        for name in ("one", "two"):
+            (folder / f"{name}.stl").write_text(slab(0.3))
+        keys = {**SENSORS, "grid": {"voxel_size_m": 0.1, "bounds_m": {"min": [0.05] * 3, "max": [1.95, 1.55, 1.15]}}}
+        mesh = {"name": "slab", "unit": "m"}
+        given = {name: {"object": [{**mesh, "mesh": f"{name}.stl"}]} for name in ("one", "two")}
+        words = {"out": out, "folder": folder, "cells_per_part": 1}
+        study = pr.Study(keys, scenes=given, folder=folder)
+        study.truth()
+        data = pr.dataset(given, keys, **words)
+        before, one = self.files(out), folder / "one.stl"
+        dates = os.stat(one)
+
+        def change(to: str) -> None:
+            one.write_text(to)
+            os.utime(one, ns=(dates.st_atime_ns, dates.st_mtime_ns))
+            self.assertEqual((os.stat(one).st_size, os.stat(one).st_mtime_ns), (dates.st_size, dates.st_mtime_ns))
+
+        change(slab(0.4))
+        refused = "^one.stl: has changed since .*part-00000.json was written: put the earlier file back, or name another folder for out"
+        for name, resumed in {
+            "it is complete": lambda: pr.dataset(given, keys, **words),
+            "the scenes are in voxels already": lambda: pr.dataset(study, out=out),
+            "only the other part is written": lambda: pr.dataset(given, keys, **words, shard=(1, 2)),
+        }.items():
+            with self.subTest(name), self.assertRaisesRegex(ValueError, refused):
+                resumed()
+        self.assertEqual(self.files(out), before)
+        self.assertEqual(pr.open_dataset(out).sha256, data.sha256)
+        # The part that is made again does not read this file.
+        os.remove(os.path.join(out, "part-00001.json"))
+        with self.assertRaisesRegex(ValueError, refused):
+            pr.dataset(given, keys, **words)
+        one.unlink()
+        with self.assertRaisesRegex(ValueError, "one.stl"):
+            pr.dataset(given, keys, **words)
+        with self.assertRaisesRegex(ValueError, "^one.stl: is missing, but was there when .*part-00000.json was written: put it back"):
+            pr.dataset(study, out=out)
+        change(slab(0.3))
+        self.assertEqual(pr.dataset(given, keys, **words).sha256, data.sha256)
+        self.assertEqual(self.files(out), before)
+        # Into another folder, a study that read the earlier file writes nothing.
+        change(slab(0.4))
+        with self.assertRaisesRegex(ValueError, "^one.stl: has changed since the study read it: make the study again"):
+            pr.dataset(study, out=self.folder())
+
+    def test_files_of_packages_and_elsewhere_are_found_again(self):
+        folder, parts = pathlib.Path(tempfile.mkdtemp()), pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, folder)
+        self.addCleanup(shutil.rmtree, parts)
+        path, mesh = tiny_with_a_crumb(str(folder)), parts / "slab.stl"
+        cell = path.parent / "tiny/cell.toml"
+        cell.write_text(f'{cell.read_text()}\n[[object]]\nname = "slab"\nmesh = "{mesh}"\nunit = "m"\n')
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", pr.InputWarning)
+            for words, name in [({"packages": {"parts": parts}}, "package://parts/slab.stl"), ({"allow_outside": True}, str(mesh))]:
+                out = self.folder()
+                for height_m, fails in [(0.3, False), (0.3, False), (0.4, True)]:
+                    mesh.write_text(slab(height_m))
+                    study = pr.Study.load(path, **words)
+                    make = functools.partial(pr.dataset, study, combination=study.combinations[0], out=out)
+                    if fails:
+                        with self.assertRaisesRegex(ValueError, f"^{name}: has changed since .*part-00000.json was written"):
+                            make()
+                    else:
+                        self.assertIn(name, json.loads(pathlib.Path(make().folder, "part-00000.json").read_text())["read"])
+
+    def test_comments_of_files_change_nothing(self):
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        path = tiny_with_a_crumb(folder)
+        out, words = self.folder(), {"combination": pr.Study.load(path).combinations[0]}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", pr.InputWarning)
+            data = pr.dataset(pr.Study.load(path), out=out, **words)
+            for file in (path, path.parent / "tiny/cell.toml"):
+                file.write_text(f"# Ours.\n{file.read_text()}")
+            self.assertEqual(pr.dataset(pr.Study.load(path), out=out, **words).sha256, data.sha256)
+            file.write_text(file.read_text().replace("[0, 0, 0.5]", "[0, 0, 0.6]"))
+            with self.assertRaisesRegex(ValueError, "dataset.json: this data set has other cells: name"):
+                pr.dataset(pr.Study.load(path), out=out, **words)
 
     def test_what_is_wrong_is_named(self):
         made = cells(3)

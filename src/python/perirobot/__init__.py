@@ -21,7 +21,7 @@ from .samples import Dataset, Sample, open_dataset
 from .dataset_writer import dataset
 from .device import Backend
 from .labels import FREE, OCCUPIED, UNKNOWN, Labels, Truth
-from .looks import Approach, Picture, Why
+from .findings import Approach, Picture, Why
 from .planner import Planner, plan
 from .poses import look_at
 from .purchase import Purchase, PurchasedSensor, PurchasedSet, Reason

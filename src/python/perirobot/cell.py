@@ -65,7 +65,11 @@ class Cell:
             raise ValueError(f"{name}: no voxel is set")
 
     def files(self, name: str) -> tuple[dict[str, Any], _Files]:
-        """The keys of the cell as a scene file of this name, and the maps that they name."""
+        """The keys of the cell as a scene file of this name, and the maps that they name.
+
+        >>> keys, maps = pr.Cell(np.ones((4, 3, 2), bool), 0.1).files("block")
+        >>> keys["object"][0]["octomap"], [name for name, _ in maps]
+        """
         objects, maps = [], _Files()
         for part, role, voxels in self._parts:
             maps.append((f"{name}/{part}.bt", voxels))
@@ -73,7 +77,10 @@ class Cell:
         return {"object": objects}, maps
 
     def bounds_m(self) -> dict[str, list[float]]:
-        """The key ``bounds_m`` of a grid of just these voxels: the middles of its first and its last."""
+        """The key ``bounds_m`` of a grid of just these voxels: the middles of its first and its last.
+
+        >>> pr.Cell(np.ones((4, 3, 2), bool), 0.1).bounds_m()
+        """
         first = [(key + 0.5) * self.voxel_size_m for key in self.key]
         last = [(key + count - 0.5) * self.voxel_size_m for key, count in zip(self.key, self.shape)]
         return {"min": first, "max": last}

@@ -5,21 +5,22 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
 from os import PathLike
-from typing import Any, Callable, Union
+from typing import Any, Union
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import _perirobot, warned
 from .cell import Cell
-from .checks import index, texts
-from .samples import SHEET, Dataset, array_name, part_name, read_part
+from .checks import index
+from .dataset_arguments import planes_of, shard_of, study_of
+from .dataset_disk import Disk
 from .dataset_files import ArrayFile, open_folder, write_whole
+from .dataset_inputs import Inputs
 from .dataset_sheet import describe, new_sheet
 from .device import Backend, words
 from .progress import Bars, shown
+from .samples import Dataset, array_name, part_name, read_part
 from .selection import choices
 from .study import Study
 
@@ -30,9 +31,6 @@ _BATCH_BYTES = 32 << 20
 
 #: Bytes of labels of a part, about.
 _PART_BYTES = 256 << 20
-
-#: What a data set may have beside the labels; the first three are planes of the truth.
-_PLANES = ("occupied", "human", "robot", "regions", "hits")
 
 
 def dataset(
@@ -78,16 +76,18 @@ def dataset(
     :param shard: (k, n) writes every n-th part from part k on (counted from 0), for n processes or machines with one folder.
     :param folder: where files that the keys name are looked for.
     :returns: the data set; of a shard, the samples that are written so far.
-    :raises ValueError: what is wrong with cells, sensors or arguments, or if the folder has another data set.
+    :raises ValueError: what is wrong with cells, sensors or arguments, if the folder has another data set, or if a file that it
+        was made from has changed.
     :raises OSError: if the disk fails; what is complete stays.
     """
-    study = _study(cells, sensors, folder)
+    study = study_of(cells, sensors, folder)
     job = _Job(study, os.path.abspath(out), words(backend, adapter, threads))
-    job.prepare(poses, combination, representation, _planes(include), cells_per_part)
-    number, of = _shard(shard, job.sheet["parts"])
+    job.prepare(poses, combination, representation, planes_of(include), cells_per_part)
+    number, of = shard_of(shard, job.sheet["parts"])
     with shown(progress) as bars:
         job.write(range(number, job.sheet["parts"], of), bars)
     done = Dataset(job.out, partial=of > 1)
+    job.check_parts(done)
     if not done.missing:
         write_whole(os.path.join(job.out, "README.md"), describe(done).encode())
     return done
@@ -101,8 +101,7 @@ class _Job:
     def __init__(self, study: Study, out: str, device: tuple[str, str | None, int | None]) -> None:
         self.study, self.out, self.device = study, out, device
         self.first = _perirobot.moments(study._native, 0, 1)
-        #: Files that parts have read, with their hashes and the parts.
-        self.read: dict[str, tuple[str, int]] = {}
+        self.inputs = Inputs(study, out)
         self.odd: list[tuple[str, str]] = []
 
     def prepare(
@@ -138,23 +137,29 @@ class _Job:
         for number in range(self.sheet["parts"]):
             part = read_part(self.out, number)
             if part is not None:
-                self._check_files(part["read"], number)
+                self.inputs.add_part(part["read"], number)
             elif number in own:
                 missing.append(number)
+        self.inputs.check()
         if bars and missing:
             samples = sum(count for number in missing for _, count in self.sheet["scenes"][self._scenes(number)])
             bars.begin("labels", samples * self.sheet["repeats"] * len(self.chosen))
-        with _Disk() as disk:
+        with Disk() as disk:
             for number in missing:
                 self._write_part(number, disk, bars)
         if self.odd:
             warned.of_scenes(self.odd, f"{os.path.join(self.out, 'part-*.json')} have all of them")
 
+    def check_parts(self, done: Dataset) -> None:
+        """Fails if parts that others wrote meanwhile were made from other files."""
+        for part in done._parts:
+            self.inputs.add_part(part["read"], part["part"])
+
     def _scenes(self, number: int) -> slice:
         per_part = self.sheet["cells_per_part"]
         return slice(number * per_part, (number + 1) * per_part)
 
-    def _write_part(self, number: int, disk: _Disk, bars: Bars | None) -> None:
+    def _write_part(self, number: int, disk: Disk, bars: Bars | None) -> None:
         scenes = self._scenes(number)
         moments = _perirobot.moments(self.study._native, scenes.start, self.sheet["cells_per_part"])
         grids, odd = moments.grids(), moments.warnings()
@@ -165,8 +170,8 @@ class _Job:
                     f"scene {self.sheet['scenes'][scene][0]!r}: has {tuple(size)} voxels, others have {shape}: "
                     "set bounds_m of [grid], or write a data set for each shape"
                 )
-        read = {os.fspath(path): sha256 for path, sha256 in _perirobot.disk_files(self.study._native)}
-        self._check_files(read, number)
+        read = self.inputs.study_files()
+        self.inputs.add_part(read, number)
         self.odd += odd
         repeats, planes = self.sheet["repeats"], list(self.sheet["arrays"])[1:]
         lead = {"labels": (len(grids), repeats, len(self.chosen)), "regions": (len(grids), len(self.sheet["regions"]))}
@@ -190,7 +195,7 @@ class _Job:
         disk.submit(_finish, os.path.join(self.out, part_name(number)), part, files)
 
     def _write_labels(
-        self, moments: _perirobot.Moments, files: dict[str, ArrayFile], disk: _Disk, bars: Bars | None
+        self, moments: _perirobot.Moments, files: dict[str, ArrayFile], disk: Disk, bars: Bars | None
     ) -> list[int]:
         """Writes labels and hits; how many voxels are free, occupied and unknown."""
         count, voxels = len(moments.grids()), int(np.prod(self.sheet["shape"]))
@@ -213,107 +218,8 @@ class _Job:
                 disk.submit(files["hits"].write, hits)
         return [int(number) for number in counts]
 
-    def _check_files(self, read: Mapping[str, str], number: int) -> None:
-        """Fails if a file is another than when an earlier part was made."""
-        for name, sha256 in read.items():
-            before, part = self.read.setdefault(name, (sha256, number))
-            if before != sha256:
-                raise ValueError(
-                    f"{name}: has changed since {os.path.join(self.out, part_name(part))} was written: name another folder"
-                )
-
-
-class _Disk:
-    """A thread that writes while the next labels are made. Only one batch waits for it."""
-
-    def __init__(self) -> None:
-        self._thread = ThreadPoolExecutor(1, "perirobot-dataset")
-        self._pending: list[Future[Any]] = []
-        self._rows: dict[str, list[NDArray[Any]]] = {}
-        #: Files that are not finished, which go if something fails.
-        self.opened: list[ArrayFile] = []
-
-    def __enter__(self) -> _Disk:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        try:
-            self._wait(0)
-        finally:
-            self._thread.shutdown()
-            for file in self.opened:
-                file.abandon()
-
-    def rows(self, name: str, shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
-        """Memory for a batch, other than that of the batch before."""
-        spare = self._rows.setdefault(name, [])
-        if len(spare) < 2:
-            spare.append(np.empty(shape, dtype))
-        else:
-            self._wait(1)
-            spare.reverse()
-        return spare[-1]
-
-    def submit(self, job: Callable[..., None], *arguments: Any) -> None:
-        """Writes something after all that was submitted before."""
-        self._wait(3)
-        self._pending.append(self._thread.submit(job, *arguments))
-
-    def _wait(self, most: int) -> None:
-        """Waits until at most so many jobs are left; what failed is raised."""
-        while len(self._pending) > most:
-            self._pending.pop(0).result()
-
 
 def _finish(path: str, part: dict[str, Any], files: Mapping[str, ArrayFile]) -> None:
     """Gives the files of a part their names, and then says that it is finished."""
     part["files"] = {os.path.basename(file.path): file.finish() for file in files.values()}
     write_whole(path, json.dumps(part).encode())
-
-
-def _study(cells: Any, sensors: Mapping[str, Any] | None, folder: str | PathLike[str]) -> Study:
-    """The study whose scenes are cells."""
-    if isinstance(cells, Study):
-        if sensors is not None:
-            raise ValueError("sensors: belong to cells, and a study has its own")
-        return cells
-    if sensors is None:
-        raise ValueError("sensors: name the keys of a study with its regions and sensors")
-    if not isinstance(cells, Mapping):
-        try:
-            cells = {f"{number}": cell for number, cell in enumerate(cells)}
-        except TypeError:
-            raise ValueError(f"cells = {cells!r}: must be cells by their names, a list of cells, or a study") from None
-    if not cells:
-        raise ValueError("cells: there is none")
-    made = {name: cell for name, cell in cells.items() if isinstance(cell, Cell)}
-    grid = sensors.get("grid", {}) if isinstance(sensors, Mapping) else {}
-    if made and not (isinstance(grid, Mapping) and "bounds_m" in grid):
-        (first, one), *_ = made.items()
-        for name, cell in made.items():
-            if cell.shape != one.shape:
-                raise ValueError(
-                    f"cells[{name!r}]: has {cell.shape} voxels, {first!r} has {one.shape}: make them equal, "
-                    "set bounds_m of [grid], or write a data set for each shape"
-                )
-    return Study(sensors, scenes=cells, folder=folder)
-
-
-def _planes(include: Iterable[str]) -> list[str]:
-    asked = texts("include", include)
-    unknown = [name for name in asked if name not in _PLANES]
-    if unknown:
-        raise ValueError(f"include: {unknown[0]!r} must be one of {list(_PLANES)}")
-    return [name for name in _PLANES if name in asked]
-
-
-def _shard(shard: Any, parts: int) -> tuple[int, int]:
-    try:
-        number, of = (index("shard", entry) for entry in shard)
-    except (TypeError, ValueError):
-        raise ValueError(f"shard = {shard!r}: must be (k, n), with k from 0 to n - 1") from None
-    if number >= of:
-        raise ValueError(f"shard = {shard!r}: must be (k, n), with k from 0 to n - 1")
-    if of > parts:
-        raise ValueError(f"shard = {shard!r}: the data set has {parts} parts: use at most {parts} shards, or fewer cells_per_part")
-    return number, of

@@ -158,20 +158,36 @@ class PlaceSensors(gymnasium.Env[_Array, _Array]):
         self._steps, self._done = index("steps", steps), 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[_Array, _Info]:
-        """Begins an episode with sensors at random, or at ``options["action"]``."""
+        """Begins an episode with sensors at random, or at ``options["action"]``.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> env = pr.gym.PlaceSensors(study, sensors=["camera"])
+        >>> observation, info = env.reset(seed=1, options={"action": np.zeros(5)})
+        """
         super().reset(seed=seed)
         self._done = 0
         observation, _, info = self._place(self._placing.start(self.np_random, options))
         return observation, info
 
     def step(self, action: _Array) -> tuple[_Array, float, bool, bool, _Info]:
-        """Places the sensors. ``info["poses"]`` has the poses as :meth:`perirobot.Study.evaluate` takes them."""
+        """Places the sensors. ``info["poses"]`` has the poses as :meth:`perirobot.Study.evaluate` takes them.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> env = pr.gym.PlaceSensors(study, sensors=["camera"])
+        >>> observation, info = env.reset(seed=1)
+        >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+        """
         self._done += 1
         observation, reward, info = self._place(np.asarray(action, np.float32))
         return observation, reward, False, self._done >= self._steps, info
 
     def look(self, actions: ArrayLike) -> tuple[_Array, _Array]:
-        """Observations and rewards of n actions, shape (n, numbers), counted together; the episode stays as it is."""
+        """Observations and rewards of n actions, shape (n, numbers), counted together; the episode stays as it is.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> env = pr.gym.PlaceSensors(study, sensors=["camera"])
+        >>> observations, rewards = env.look(np.zeros((8, 5)))
+        """
         given = array("actions", actions, np.float32)
         if given.ndim != 2 or given.shape[1] != self._placing.size:
             raise ValueError(f"actions: has shape {given.shape}, must be (n, {self._placing.size})")
@@ -225,7 +241,12 @@ class PlaceSensorsVector(gymnasium.vector.VectorEnv[_Array, _Array, _Array]):
     def reset(
         self, *, seed: Union[int, Sequence[int | None], None] = None, options: dict[str, Any] | None = None
     ) -> tuple[_Array, _Info]:
-        """Begins all episodes; of one seed, environment n has seed + n."""
+        """Begins all episodes; of one seed, environment n has seed + n.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> envs = pr.gym.PlaceSensorsVector(study, 4, sensors=["camera"])
+        >>> observations, infos = envs.reset(seed=1)
+        """
         seeds = [seed + n for n in range(self.num_envs)] if isinstance(seed, int) else seed or []
         for n, own in enumerate(seeds):
             if own is not None:
@@ -235,7 +256,13 @@ class PlaceSensorsVector(gymnasium.vector.VectorEnv[_Array, _Array, _Array]):
         return self._placing.look(actions)[0], {}
 
     def step(self, actions: _Array) -> tuple[_Array, _Array, _Array, _Array, _Info]:
-        """Places the sensors of all environments."""
+        """Places the sensors of all environments.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> envs = pr.gym.PlaceSensorsVector(study, 4, sensors=["camera"])
+        >>> observations, infos = envs.reset(seed=1)
+        >>> observations, rewards, *_ = envs.step(envs.action_space.sample())
+        """
         begins = self._ended
         placed = np.array(actions, np.float32).reshape(self.num_envs, self._placing.size)
         for n in np.flatnonzero(begins):

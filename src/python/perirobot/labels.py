@@ -47,7 +47,12 @@ class Labels:
 
     def to_xarray(self) -> xarray.Dataset:
         """The arrays ``labels`` and ``hits`` over the axes x, y, z, whose coordinates are the middles of voxels in the world,
-        metres. Needs xarray."""
+        metres. Needs xarray.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> cell = study.labels("camera:right-wall/8/1").to_xarray()
+        >>> (cell["labels"] == pr.UNKNOWN).mean("z")
+        """
         words = ("scene", "snapshot", "repeat", "combination", "poses", "representation")
         named = {name: getattr(self, name) for name in words}
         planes = {"labels": self.labels, "hits": self.hits}
@@ -80,7 +85,12 @@ class Truth:
 
     def to_xarray(self) -> xarray.Dataset:
         """The arrays ``occupied``, ``human`` and ``robot``, and ``regions`` along an axis ``region``, over the axes x, y, z, as in
-        :meth:`Labels.to_xarray`. Needs xarray."""
+        :meth:`Labels.to_xarray`. Needs xarray.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> truth = study.truth().to_xarray()
+        >>> truth["regions"].sum(["x", "y", "z"])
+        """
         planes = {name: getattr(self, name) for name in ("occupied", "human", "robot")}
         cell = _dataset(planes, self.origin_m, self.voxel_size_m, {"scene": self.scene, "snapshot": self.snapshot})
         stacked = (("region", *_AXES), np.stack(list(self.regions.values())))

@@ -69,6 +69,9 @@ class Planner:
     def study(self) -> Study:
         """The study as it is on the page now, saved or not.
 
+        >>> with pr.plan("scenes/tiny.toml", open_browser=False) as planner:
+        ...     scenes = planner.study().scenes
+
         :raises ValueError: what is wrong with it, by key.
         :raises RuntimeError: if the planner has ended.
         """
@@ -77,11 +80,19 @@ class Planner:
         return Study._read(self._path, *self._read, texts)
 
     def is_changed(self) -> bool:
-        """Whether there are changes that were not saved."""
+        """Whether there are changes that were not saved.
+
+        >>> with pr.plan("scenes/tiny.toml", open_browser=False) as planner:
+        ...     changed = planner.is_changed()
+        """
         return bool(self._ask("/state")["changed"])
 
     def close(self) -> None:
-        """Ends the planner. Changes that were not saved are lost; take :meth:`study` before."""
+        """Ends the planner. Changes that were not saved are lost; take :meth:`study` before.
+
+        >>> planner = pr.plan("scenes/tiny.toml", open_browser=False)
+        >>> planner.close()
+        """
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGTERM)
         self._process.communicate()

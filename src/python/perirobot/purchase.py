@@ -41,6 +41,7 @@ class PurchasedSet:
 
     @property
     def poses(self) -> str:
+        """The poses of its sensors, joined as in the column ``poses``."""
         return ";".join(f"{one.sensor}:{one.pose}" for one in self.sensors)
 
 
@@ -60,6 +61,10 @@ class Purchase(Answer):
     @classmethod
     def load(cls, folder: str | PathLike[str], study: Study | None = None, **keys: Any) -> Purchase:
         """What is in a folder that :meth:`Study.cheapest` or ``perirobot choose`` has written.
+
+        >>> study = pr.Study.load("scenes/cheapest.toml", voxel_size_m=0.2)
+        >>> found = study.cheapest("out/cheapest", at_most=2)
+        >>> pr.Purchase.load("out/cheapest", study, at_most=2).sentence
 
         :param study: the study of the search; by default it is loaded from its file when :meth:`verify` needs it.
         :param keys: keys of ``[choose]`` with which the search was asked instead of the study's.
@@ -120,11 +125,18 @@ class Purchase(Answer):
 
     def front(self) -> pandas.DataFrame:
         """The cheapest set for all requirements, then at each speed or without each requirement, or the one that comes
-        nearest: the columns of ``cheapest.csv``. Needs pandas."""
+        nearest: the columns of ``cheapest.csv``. Needs pandas.
+
+        >>> study = pr.Study.load("scenes/cheapest.toml", voxel_size_m=0.2)
+        >>> study.cheapest(at_most=2).front()
+        """
         return self._table("cheapest.csv")
 
     def verdicts(self) -> pandas.DataFrame:
         """The verdicts on each set: the columns of ``requirements.csv``; ``verdict`` is PASS or FAIL. Needs pandas.
+
+        >>> study = pr.Study.load("scenes/cheapest.toml", voxel_size_m=0.2)
+        >>> study.cheapest(at_most=2).verdicts().query("verdict == 'FAIL'")
 
         :raises ValueError: if no set was found.
         """
@@ -141,6 +153,9 @@ class Purchase(Answer):
         progress: bool = True,
     ) -> dict[str, int]:
         """Checks the folder with other code: sets are judged again by the plain oracle, ways in followed again, and cheaper sets looked for again.
+
+        >>> study = pr.Study.load("scenes/cheapest.toml", voxel_size_m=0.2)
+        >>> study.cheapest(at_most=2).verify()
 
         :returns: how many ``sets`` were judged again (one for each row of the front that has one), ``ways`` in followed again,
             claims ``proven`` again, and how many claims are ``open``, as there are too many sets to search plainly.

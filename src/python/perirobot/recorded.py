@@ -32,7 +32,12 @@ class ScoredMap(Result):
     def reasons(self) -> pandas.DataFrame:
         """How many of ``fn + uo`` of each region have which reason: the columns region, reason (``beside``: the map has something a
         voxel off; ``said_free``; ``hidden``: something stands before it from every place where a sensor was, ``object`` says what;
-        ``not_measured``), object, voxels_occupied and, of those, voxels_human. Needs pandas."""
+        ``not_measured``), object, voxels_occupied and, of those, voxels_human. Needs pandas.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> scored = pr.score_map(study.labels("camera:right-wall/8/1"), truth=study)
+        >>> scored.reasons().groupby("reason").voxels_human.sum()
+        """
         return self._reasons.to_pandas()
 
 

@@ -48,6 +48,10 @@ class Result(Table):
     def load(folder: str | PathLike[str]) -> Result:
         """The rows of a finished sweep in a folder that ``perirobot sweep`` or ``choose`` has written.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> result = study.sweep(out="out/quick")
+        >>> len(pr.Result.load("out/quick")) == len(result)
+
         :raises ValueError: what is missing there, or does not fit together.
         """
         columns, swept = _perirobot.results(os.fspath(folder))
@@ -64,7 +68,11 @@ class Result(Table):
         return frame(self._all().scores())
 
     def poses(self) -> pandas.DataFrame:
-        """Where the poses of all sensors are, the columns of ``poses.csv``. Needs pandas."""
+        """Where the poses of all sensors are, the columns of ``poses.csv``. Needs pandas.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().poses()
+        """
         return frame(self._all().poses())
 
     def to_xarray(self, combination: str | None = None) -> xarray.Dataset:

@@ -108,25 +108,39 @@ class Dataset:
         return hashlib.sha256(json.dumps([self.sheet["cells_sha256"], files]).encode()).hexdigest()
 
     def sample(self, number: int) -> Sample:
-        """What a sample is of."""
+        """What a sample is of.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> data = pr.dataset(study, combination="camera", out="out/labels")
+        >>> data.sample(0).poses
+        """
         part, moment, repeat, pose = self._place(number)
         scene, snapshot, _ = self._parts[part]["moments"][moment]
         return Sample(self.scenes[scene], snapshot, repeat, self.poses[pose])
 
     def origin_m(self, number: int) -> NDArray[np.float64]:
-        """Lowest corner of voxel [0, 0, 0] of a sample in the world, metres."""
+        """Lowest corner of voxel [0, 0, 0] of a sample in the world, metres.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> data = pr.dataset(study, combination="camera", out="out/labels")
+        >>> data.origin_m(0)
+        """
         part, moment, *_ = self._place(number)
         return np.array(self._parts[part]["moments"][moment][2])
 
     def verify(self) -> None:
         """Reads all files, and compares them with the hashes that were written with them.
 
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> data = pr.dataset(study, combination="camera", out="out/labels")
+        >>> data.verify()
+
         :raises ValueError: for the first file that differs.
         """
         for part in self._parts:
             for name, file in part["files"].items():
                 path = os.path.join(self.folder, name)
-                if _sha256(path) != file["sha256"]:
+                if file_sha256(path) != file["sha256"]:
                     raise ValueError(f"{path}: differs from its hash: remove it, and run perirobot.dataset again")
 
     def _place(self, number: int) -> tuple[int, int, int, int]:
@@ -204,7 +218,8 @@ def _json(path: str) -> dict[str, Any] | None:
     return keys
 
 
-def _sha256(path: str) -> str:
+def file_sha256(path: str) -> str:
+    """The hash of a file, in hexadecimal."""
     found = hashlib.sha256()
     with open(path, "rb") as file:
         while block := file.read(_BLOCK):

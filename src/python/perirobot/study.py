@@ -27,6 +27,13 @@ _Origin = tuple[Literal["from_keys", "load"], tuple[Any, ...]]
 class Study(Scoring, Views, Looks):
     """A checked study, from a file (:meth:`load`) or made of Python objects.
 
+    >>> spot = {"name": "spot", "list": [{"position_m": [1, 1, 1.5], "facing": [1, 1, -1]}]}
+    >>> camera = {"name": "camera", "kind": "rgbd", "fov_deg": [87, 58], "resolution_px": [64, 48], "range_m": [0.3, 6]}
+    >>> region = {"name": "all", "box": {"min_m": [0, 0, 0], "max_m": [2, 2, 2]}}
+    >>> table = {"name": "table", "box": {"size_m": [1, 0.5, 0.7]}, "position_m": [1, 1, 0.35]}
+    >>> keys = {"grid": {"voxel_size_m": 0.1}, "region": [region], "sensor": [{**camera, "poses": [spot]}]}
+    >>> study = pr.Study(keys, scenes={"cell": {"object": [table]}})
+
     Its scenes are put into voxels when they are first needed, and kept. A study does not change, so a copy is the study
     itself. Pickled, one that was loaded is read again from its files, which must not have changed; one that was made of
     objects is pickled whole.

@@ -48,12 +48,20 @@ class Table:
         return {name: values(column) for name, column in self._columns.items()}
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The rows as pandas reads them from a CSV file of the command line; needs pandas."""
+        """The rows as pandas reads them from a CSV file of the command line; needs pandas.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().to_pandas().query("region == 'robot'")
+        """
         frame: pandas.DataFrame = needed("pandas", "tables").DataFrame(self.columns, copy=False)
         return frame
 
     def to_arrow(self) -> pyarrow.Table:
-        """The rows as an Arrow table; names are dictionary-encoded, a score without a value is null. Needs pyarrow."""
+        """The rows as an Arrow table; names are dictionary-encoded, a score without a value is null. Needs pyarrow.
+
+        >>> study = pr.Study.load("scenes/quick.toml", voxel_size_m=0.2)
+        >>> study.sweep().to_arrow().schema
+        """
         rows: pyarrow.Table = needed("pyarrow", "tables").table(self)
         return rows
 
