@@ -162,6 +162,21 @@ fn a_layer_that_selects_nothing_is_refused_with_those_of_the_file() {
 }
 
 #[test]
+fn sizes_that_no_cell_has_are_reported() {
+    let Some(python) = python::python() else { return };
+    let (python, step) = (text(&python), assembly(false, &PARTS));
+    for (unit, code, expected) in [
+        ("$,.METRE.", 2, "object \"cell\" is 1030.00 × 530.00 × 700.00 m: are its lengths in centimetres"),
+        (".MICRO.,.METRE.", 0, "object \"cell\" is 1.0 mm long, less than a voxel: is its unit right?"),
+    ] {
+        let folder = folder(&step.replace(".MILLI.,.METRE.", unit), "");
+        let outcome = voxelize(&folder, python, Path::new("none"), &["--step"]);
+        assert_eq!(outcome.code, Some(code), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
+    }
+}
+
+#[test]
 fn a_file_that_is_y_up_is_turned() {
     let Some(python) = python::python() else { return };
     let folder = folder(&assembly(false, &PARTS[..1]), "up = \"y\"\n");
