@@ -166,7 +166,7 @@ fn sizes_that_no_cell_has_are_reported() {
     let Some(python) = python::python() else { return };
     let (python, step) = (text(&python), assembly(false, &PARTS));
     for (unit, code, expected) in [
-        ("$,.METRE.", 2, "object \"cell\" is 1030.00 × 530.00 × 700.00 m: are its lengths in centimetres"),
+        ("$,.METRE.", 2, "object \"cell\" is 1030.00 × 525.00 × 700.00 m: are its lengths in centimetres"),
         (".MICRO.,.METRE.", 0, "object \"cell\" is 1.0 mm long, less than a voxel: is its unit right?"),
     ] {
         let folder = folder(&step.replace(".MILLI.,.METRE.", unit), "");

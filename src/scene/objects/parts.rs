@@ -51,7 +51,8 @@ fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<O
         SurfaceSpec::Mesh(file) if matches!(file.format, MeshFormat::Gltf | MeshFormat::Step) => {
             let layers: Vec<WildMatch> =
                 object.nodes.iter().filter_map(|rule| pattern(&rule.layer)).collect();
-            let mut nodes = match layers.is_empty() {
+            // A STEP file has no animation, which the first of these reports.
+            let mut nodes = match layers.is_empty() || object.animated.is_some() {
                 true => files.gltf_nodes(&file.path, object.animated.as_ref())?,
                 false => files.step_layers(&file.path, &layers)?,
             };
