@@ -65,9 +65,10 @@ fn nearest_share(study: &Study, world: &World, number: usize, poses: usize) -> O
     };
     let (candidate, most) = found.iter().max_by(|a, b| more(a, b))?;
     let poses = count(found.len(), "pose");
+    let floor = most.describe_floor().map(|floor| format!(", {floor}")).unwrap_or_default();
     let what = match most.describe_regions(study) {
-        Some(regions) => format!("{regions} at most, at {}", sensor.candidates[*candidate].name),
-        None => "no part of a region".into(),
+        Some(regions) => format!("{regions}{floor} at most, at {}", sensor.candidates[*candidate].name),
+        None => format!("no part of a region{floor}"),
     };
     Some(format!("a body {} is not seen: {what} ({poses} tried)", most.describe_distance()))
 }

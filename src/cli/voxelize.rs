@@ -72,7 +72,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     let wanted = &snapshots[args.snapshot..=args.snapshot];
     let truth = perirobot_scene::truth::voxelize_all(wanted, grid).map_err(in_scene)?.remove(0);
     for object in &truth.objects {
-        for warning in &object.warnings {
+        let [low, high] = object.bounds_m;
+        let is_mesh = object.watertight.is_some();
+        let own_m = (high - low).max_element();
+        let speck = voxels::speck_question(own_m, args.voxel_size).filter(|_| is_mesh);
+        for warning in object.warnings.iter().chain(&speck) {
             say!("warning: {}: object {:?} {warning}", spec.path.display(), object.name);
         }
     }

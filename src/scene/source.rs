@@ -24,7 +24,7 @@ pub use formats::{accepted_formats, ending, is_other_format};
 pub(crate) use limit::MemoryLimit;
 use perirobot_march::error::{Argument, Issue, Words};
 use perirobot_march::{Error, Result};
-pub(crate) use step::is_step;
+pub(crate) use step::{Layered, is_step};
 pub use table::{decimal_commas, refuse_other_separators, refuse_width, table_issue};
 pub(crate) use text::{lines, strip_mark};
 

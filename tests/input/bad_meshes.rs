@@ -169,6 +169,10 @@ fn broken_gltf() {
     );
     let pattern = "part.gltf\"\nnodes = [{ match = \"Fence*\" }]\n#\"";
     check("", pattern, Some(&whole), &["nodes.match = \"Fence*\"", "there are part"]);
+    let layer = "part.gltf\"\nnodes = [{ match = \"*\" }, { layer = \"Fence\" }]\n#\"";
+    check("", layer, Some(&whole), &["nodes[1].layer = \"Fence\"", "only a .step mesh has layers"]);
+    let neither = "part.gltf\"\nnodes = [{ ignore = true }]\n#\"";
+    check("", neither, Some(&whole), &["nodes[0]: has neither match nor layer"]);
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! The region that a robot reaches within the limits of its joints, against its box turned by hand.
 
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 use perirobot_march::voxel::BitGrid;
 use perirobot_study::input::{Overrides, Study};
 use perirobot_study::world::World;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 use crate::common::program::{Folder, refused};
 
@@ -136,6 +138,168 @@ fn a_region_is_not_hollow_in_small_voxels() {
     let missing =
         BitGrid::full(grid.window()).voxels().filter(middle).filter(|voxel| !region.get(*voxel)).count();
     assert_eq!(missing, 0);
+}
+
+/// A joint that turns a box: where it is on the link before, its axis, its limits in degrees, and the box.
+struct Turn {
+    xyz: [f64; 3],
+    rpy: [f64; 3],
+    axis: [f64; 3],
+    limits_deg: [f64; 2],
+    size: [f64; 3],
+}
+
+const ELBOW: [Turn; 2] = [
+    Turn {
+        xyz: [0.0, 0.0, 0.3],
+        rpy: [0.0; 3],
+        axis: [0.0, 0.0, 1.0],
+        limits_deg: [-40.0, 95.0],
+        size: [0.9, 0.1, 0.1],
+    },
+    Turn {
+        xyz: [0.45, 0.0, 0.05],
+        rpy: [0.2, 0.0, 0.4],
+        axis: [0.0, 0.6, 0.8],
+        limits_deg: [-110.0, 20.0],
+        size: [0.7, 0.08, 0.06],
+    },
+];
+
+/// Its axes are those of usual arms of six joints.
+const SIX: [Turn; 6] = [
+    Turn {
+        xyz: [0.0, 0.0, 0.2],
+        rpy: [0.0; 3],
+        axis: [0.0, 0.0, 1.0],
+        limits_deg: [-170.0, 60.0],
+        size: [0.1; 3],
+    },
+    Turn {
+        xyz: [0.0, 0.07, 0.0],
+        rpy: [0.0, 0.3, 0.0],
+        axis: [0.0, 1.0, 0.0],
+        limits_deg: [-60.0, 30.0],
+        size: [0.8, 0.1, 0.1],
+    },
+    Turn {
+        xyz: [0.4, 0.0, 0.0],
+        rpy: [0.0, 0.5, 0.1],
+        axis: [0.0, 1.0, 0.0],
+        limits_deg: [-90.0, 45.0],
+        size: [0.6, 0.08, 0.08],
+    },
+    Turn {
+        xyz: [0.3, 0.0, 0.0],
+        rpy: [0.0; 3],
+        axis: [1.0, 0.0, 0.0],
+        limits_deg: [-180.0, 180.0],
+        size: [0.1, 0.06, 0.06],
+    },
+    Turn {
+        xyz: [0.08, 0.0, 0.0],
+        rpy: [0.0; 3],
+        axis: [0.0, -1.0, 0.0],
+        limits_deg: [-20.0, 100.0],
+        size: [0.08; 3],
+    },
+    Turn {
+        xyz: [0.06, 0.0, 0.0],
+        rpy: [0.0; 3],
+        axis: [1.0, 0.0, 0.0],
+        limits_deg: [-90.0, 90.0],
+        size: [0.02, 0.2, 0.05],
+    },
+];
+
+fn chain(turns: &[Turn]) -> String {
+    let words = |numbers: [f64; 3]| numbers.map(|number| number.to_string()).join(" ");
+    let mut text = "<robot name=\"arm\"><link name=\"l0\"/>".to_string();
+    for (before, Turn { xyz, rpy, axis, limits_deg, size }) in turns.iter().enumerate() {
+        let (link, [low, high]) = (before + 1, limits_deg.map(f64::to_radians));
+        text += &format!(
+            "<link name=\"l{link}\"><collision><geometry><box size=\"{}\"/></geometry></collision></link>\
+             <joint name=\"j{link}\" type=\"revolute\"><parent link=\"l{before}\"/><child link=\"l{link}\"/>\
+             <origin xyz=\"{}\" rpy=\"{}\"/><axis xyz=\"{}\"/>\
+             <limit lower=\"{low}\" upper=\"{high}\" effort=\"1\" velocity=\"1\"/></joint>",
+            words(*size),
+            words(*xyz),
+            words(*rpy),
+            words(*axis)
+        );
+    }
+    text + "</robot>"
+}
+
+/// Where the links are in the cell, for angles of the joints.
+fn frames(turns: &[Turn], angles_deg: &[f64]) -> Vec<DAffine3> {
+    let about = |[x, y, z]: [f64; 3]| {
+        DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x)
+    };
+    let base = about([0.0, 0.0, 20f64.to_radians()]);
+    let mut frame = DAffine3::from_mat3_translation(base, DVec3::new(0.1, -0.2, 0.05));
+    let each = turns.iter().zip(angles_deg).map(|(Turn { xyz, rpy, axis, .. }, angle)| {
+        let turned = about(*rpy) * DMat3::from_axis_angle(DVec3::from(*axis), angle.to_radians());
+        frame = frame * DAffine3::from_mat3_translation(turned, DVec3::from(*xyz));
+        frame
+    });
+    each.collect()
+}
+
+#[test]
+fn whatever_the_joints_of_a_chain_do_its_links_and_its_tool_stay_in_the_region() {
+    const TOOL_M: f64 = 0.15;
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    for (turns, limits) in [
+        (&ELBOW[..], ""),
+        (&SIX[..], ""),
+        (&SIX[..], ", limits_deg = { j1 = [-30, 40], j3 = [-20, 5], j5 = [0, 60] }"),
+    ] {
+        let folder = cell();
+        folder.write("arm.urdf", chain(turns));
+        folder.edit("cell.toml", "[{ turn = 0 }, { turn = 50 }]", "[{ j1 = 0 }, { j1 = 30 }]");
+        let keys = format!("joint_limits = true, tool_m = {TOOL_M}{limits}");
+        folder.write("study.toml", study(&reach("own", &keys)));
+        let study = Study::load(&folder.path("study.toml"), &Overrides::default()).unwrap();
+        let world = World::prepare(&study, 0).unwrap().remove(0);
+        let grid = world.grid;
+        let region = world.regions[0].voxels.to_window(grid.window());
+        let narrower = |joint: usize| match (limits.is_empty(), joint) {
+            (false, 0) => [-30.0, 40.0],
+            (false, 2) => [-20.0, 5.0],
+            (false, 4) => [0.0, 60.0],
+            _ => turns[joint].limits_deg,
+        };
+        let (mut inside, mut ends) = (0, 0);
+        for _ in 0..5000 {
+            let angles: Vec<f64> = (0..turns.len())
+                .map(|joint| {
+                    let [low, high] = narrower(joint);
+                    // Also the limits themselves.
+                    low + (high - low) * random.random_range(-0.2..1.2f64).clamp(0.0, 1.0)
+                })
+                .collect();
+            let frames = frames(turns, &angles);
+            let mut unit = || DVec3::from_array([0; 3].map(|_| random.random_range(-1.0..=1.0)));
+            let boxes = frames.iter().zip(turns);
+            let mut places: Vec<DVec3> = boxes
+                .map(|(frame, turn)| frame.transform_point3(unit() * DVec3::from(turn.size) / 2.0))
+                .collect();
+            places.push(frames[turns.len() - 1].translation + unit().normalize() * TOOL_M);
+            for (index, at) in places.into_iter().enumerate() {
+                let cell = ((at - grid.corner_m([0; 3])) / grid.voxel_size_m).floor();
+                let size = DVec3::from_array(grid.size.map(|count| count as f64));
+                if cell.cmpge(DVec3::ZERO).all() && cell.cmplt(size).all() {
+                    let voxel = cell.to_array().map(|v| v as i32);
+                    assert!(region.get(voxel), "{angles:?}: {at}");
+                    inside += 1;
+                    ends += usize::from(index == turns.len());
+                }
+            }
+        }
+        let filled = region.count() as f64 / BitGrid::full(grid.window()).count() as f64;
+        assert!(inside > 10_000 && ends > 2_000 && filled < 0.9, "{inside}, {ends}, {filled}");
+    }
 }
 
 #[test]

@@ -12,15 +12,21 @@ use perirobot_scene::objects::{Object, Surface, build::build};
 use perirobot_scene::source::Sources;
 use perirobot_study::input::load_scene;
 
-use self::file::{Part, assembly};
+use self::file::{Part, assembly, one_part};
 use crate::common::program::{Folder, Outcome, text};
 use crate::common::python;
 
 /// Two boxes whose edges all differ, one moved.
 const PARTS: [Part; 2] = [
-    Part { name: "Table", corners: [[10.0, 20.0, 30.0], [110.0, 320.0, 730.0]], place: [0.0; 3] },
+    Part {
+        name: "Table",
+        layers: &["0"],
+        corners: [[10.0, 20.0, 30.0], [110.0, 320.0, 730.0]],
+        place: [0.0; 3],
+    },
     Part {
         name: "Fence left",
+        layers: &["Schutzz\\X2\\00E4\\X0\\une", "0"],
         corners: [[0.0, -5.0, 1.0], [40.0, 7.0, 90.0]],
         place: [1000.0, -200.0, 35.0],
     },
@@ -90,12 +96,96 @@ fn parts_have_their_sizes_and_names_in_any_unit() {
     }
 }
 
+/// The surface of an object's box in square millimetres, which a solid that is there twice doubles.
+fn area_mm2(object: &Object) -> f64 {
+    let Surface::Mesh(mesh) = &object.surface else { panic!("{} has no mesh", object.name) };
+    let area = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|corner| mesh.vertices[corner as usize]);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    mesh.triangles.iter().map(area).sum::<f64>() * 1e6
+}
+
+#[test]
+fn layers_select_parts_and_solids_of_one_part() {
+    let Some(python) = python::python() else { return };
+    let still = PARTS.map(|part| Part { place: [0.0; 3], ..part });
+    let rule = "[[object.nodes]]\nlayer = \"Schutz*une\"\noptical = \"see_through\"\n";
+    for (step, parts) in [(assembly(false, &PARTS), &PARTS), (one_part(&still), &still)] {
+        let folder = folder(&step, rule);
+        let (objects, read) = objects(&folder, &python);
+        assert_eq!(
+            objects.iter().map(|object| &*object.name).collect::<Vec<_>>(),
+            ["cell", "cell/Schutz*une"]
+        );
+        for (object, part) in objects.iter().zip(parts) {
+            assert_bounds(object, part, 0.001);
+            let [low, high] = part.corners.map(DVec3::from_array);
+            let [x, y, z] = (high - low).to_array();
+            let expected = 2.0 * (x * y + y * z + z * x);
+            assert!((area_mm2(object) - expected).abs() < 0.1, "{}: {}", part.name, area_mm2(object));
+        }
+        let converted =
+            ["not on", "on"].map(|on| format!("cell.STEP (converted, {on} layer \"Schutz*une\")"));
+        assert_eq!(read, [&["cell.STEP".into()], &converted[..], &["cell.toml".into()]].concat());
+    }
+}
+
+#[test]
+fn the_first_rule_counts_of_a_part_on_several_layers() {
+    let Some(python) = python::python() else { return };
+    let rules = "[[object.nodes]]\nlayer = \"0\"\nmatch = \"Fence*\"\n[[object.nodes]]\nlayer = \"0\"\n";
+    let (found, _) = objects(&folder(&assembly(false, &PARTS), rules), &python);
+    assert_eq!(found.iter().map(|object| &*object.name).collect::<Vec<_>>(), ["cell/0/Fence*", "cell/0"]);
+    found.iter().zip(PARTS.iter().rev()).for_each(|(object, part)| assert_bounds(object, part, 0.001));
+}
+
+#[test]
+fn a_layer_that_selects_nothing_is_refused_with_those_of_the_file() {
+    let Some(python) = python::python() else { return };
+    let python = text(&python);
+    let refused = |step: &str, rules: &str, expected: &str| {
+        let folder = folder(step, &format!("[[object.nodes]]\n{rules}\n"));
+        assert_refused(&voxelize(&folder, python, Path::new("none"), &["--step"]), &[expected]);
+    };
+    let step = assembly(false, &PARTS);
+    let others = "nodes.layer = \"Fence\": no part is on such a layer; there are 0, Schutzzäune";
+    refused(&step, "layer = \"Fence\"", others);
+    let no_name =
+        "nodes.match = \"Wall\": no node with triangles has such a name; there are Table, Fence left";
+    refused(&step, "layer = \"0\"\nmatch = \"Wall\"", no_name);
+    let not_both = "nodes.match = \"Table\": no part of such a name is on a layer \"Schutz*\"";
+    refused(&step, "layer = \"Schutz*\"\nmatch = \"Table\"", not_both);
+    let plain = assembly(false, &PARTS.map(|part| Part { layers: &[], ..part }));
+    let none = "nodes.layer = \"0\": no solid or surface of the file is on a layer: select parts by match";
+    refused(&plain, "layer = \"0\"", none);
+}
+
+#[test]
+fn sizes_that_no_cell_has_are_reported() {
+    let Some(python) = python::python() else { return };
+    let (python, step) = (text(&python), assembly(false, &PARTS));
+    for (unit, code, expected) in [
+        ("$,.METRE.", 2, "object \"cell\" is 1030.00 × 525.00 × 700.00 m: are its lengths in centimetres"),
+        (".MICRO.,.METRE.", 0, "object \"cell\" is 1.0 mm long, less than a voxel: is its unit right?"),
+    ] {
+        let folder = folder(&step.replace(".MILLI.,.METRE.", unit), "");
+        let outcome = voxelize(&folder, python, Path::new("none"), &["--step"]);
+        assert_eq!(outcome.code, Some(code), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(expected), "{}", outcome.stderr);
+    }
+}
+
 #[test]
 fn a_file_that_is_y_up_is_turned() {
     let Some(python) = python::python() else { return };
     let folder = folder(&assembly(false, &PARTS[..1]), "up = \"y\"\n");
-    let turned =
-        Part { name: "turned", corners: [[10.0, -730.0, 20.0], [110.0, -30.0, 320.0]], place: [0.0; 3] };
+    let turned = Part {
+        name: "turned",
+        layers: &[],
+        corners: [[10.0, -730.0, 20.0], [110.0, -30.0, 320.0]],
+        place: [0.0; 3],
+    };
     assert_bounds(&objects(&folder, &python).0[0], &turned, 0.001);
 }
 

@@ -123,7 +123,7 @@ fn gltf_files() {
 #[test]
 fn formats_that_are_not_read() {
     for (keys, expected) in [
-        ("mesh = \"hall.IFC\"", "IfcConvert --y-up hall.IFC hall.glb"),
+        ("mesh = \"hall.IFC\"", "IfcConvert --y-up --use-element-names hall.IFC hall.glb"),
         ("mesh = \"arm.sldprt\"", "SOLIDWORKS"),
         ("mesh = \"plan.dxf\"", "FreeCAD"),
         ("mesh = \"man.fbx\"", "FBX2glTF --binary man.fbx"),

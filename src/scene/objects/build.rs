@@ -35,7 +35,7 @@ pub fn build_or_all(
     let mut names = HashSet::new();
     if let Some(twice) = objects.iter().find(|object| !names.insert(object.name.as_str())) {
         let name = &twice.name;
-        return one(format!("two objects are named {name:?}, one of them by nodes.match: rename the other"));
+        return one(format!("two objects are named {name:?}, one of them by its nodes: rename the other"));
     }
     Ok(scenes)
 }

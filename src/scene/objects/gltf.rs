@@ -17,12 +17,13 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use ::gltf::json::Root;
+use wildmatch::WildMatch;
 
 use self::animation::Moved;
 pub use self::animation::{Clip, WhichClip};
 use self::container::Container;
 use super::Mesh;
-use crate::source::{MemoryLimit, Sources, is_step};
+use crate::source::{Layered, MemoryLimit, Sources, is_step};
 use crate::spelling::plural;
 use perirobot_march::Result;
 use perirobot_march::error::Issue;
@@ -39,6 +40,9 @@ pub struct NodeMesh {
     /// Names of the nodes from the root down to this one; nodes without a name are left out. That of the part comes last
     /// in a STEP file.
     pub names: Vec<String>,
+    /// The layers that it is on, if it is of a STEP file that was read by layers. Other nodes that the same rules
+    /// match may be on some of them in its place.
+    pub layers: Vec<String>,
     /// In metres, z up; equal positions share a vertex.
     pub mesh: Mesh,
 }
@@ -61,6 +65,26 @@ impl Gltf {
         Ok(Gltf { path: path.into(), container })
     }
 
+    /// The nodes of a STEP file with their layers, read so that each pattern matches all of a node or nothing of it.
+    ///
+    /// # Errors
+    /// When the file cannot be read or converted, or has no triangle at all.
+    pub(crate) fn step_layers(
+        path: &Path,
+        patterns: &[WildMatch],
+        sources: &Sources,
+    ) -> Result<Vec<NodeMesh>> {
+        let mut nodes = Vec::new();
+        for Layered { layers, glb } in sources.convert_step_layers(path, patterns)? {
+            let gltf = Gltf { path: path.into(), container: Container::parse(path, &glb, sources)? };
+            // A group may have curves only.
+            let group = gltf.read_nodes(None).map_err(|issue| issue.with_place(path))?;
+            nodes.extend(group.into_iter().map(|node| NodeMesh { layers: layers.clone(), ..node }));
+        }
+        refuse_nothing(&nodes).map_err(|issue| issue.with_place(path))?;
+        Ok(nodes)
+    }
+
     /// One of its animations.
     ///
     /// # Errors
@@ -76,7 +100,8 @@ impl Gltf {
     /// # Errors
     /// When the file contradicts itself, has a position that is not finite, or has no triangle at all.
     pub fn parts(&self, moment: Option<(&Clip, f64)>) -> Result<Vec<NodeMesh>> {
-        self.read_nodes(moment).map_err(|issue| issue.with_place(&self.path).into())
+        let nodes = self.read_nodes(moment).and_then(|nodes| refuse_nothing(&nodes).map(|()| nodes));
+        nodes.map_err(|issue| issue.with_place(&self.path).into())
     }
 
     /// All nodes as they stand in the file, as one mesh.
@@ -108,19 +133,21 @@ impl Gltf {
                     let part = mesh.and_then(|mesh| mesh.name.clone());
                     names.extend(part.filter(|part| names.last() != Some(part)));
                 }
-                meshes.push(NodeMesh { names, mesh });
+                meshes.push(NodeMesh { names, layers: Vec::new(), mesh });
             }
-        }
-        if meshes.is_empty() {
-            return Err(
-                Issue::says("has no triangle in its scene").with_advice("export the surfaces as meshes")
-            );
         }
         Ok(meshes)
     }
 
     fn budget(&self) -> MemoryLimit {
         MemoryLimit::new(self.container.bytes)
+    }
+}
+
+fn refuse_nothing(nodes: &[NodeMesh]) -> Result<(), Issue> {
+    match nodes.is_empty() {
+        true => Err(Issue::says("has no triangle in its scene").with_advice("export the surfaces as meshes")),
+        false => Ok(()),
     }
 }
 

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use wildmatch::WildMatch;
+
 use super::bvh::Bvh;
 use super::gltf::{Clip, Gltf, NodeMesh, WhichClip};
 use super::joint_table::JointTable;
@@ -26,6 +28,7 @@ pub(super) struct SceneFiles<'a> {
     /// Of [`MOST_TRIANGLES`].
     pub(super) triangles_left: usize,
     pub(super) gltf: HashMap<PathBuf, Rc<Gltf>>,
+    pub(super) layers: HashMap<(PathBuf, Vec<String>), Rc<Vec<NodeMesh>>>,
     pub(super) clips: HashMap<(PathBuf, WhichClip), Rc<Clip>>,
     pub(super) motions: HashMap<PathBuf, Rc<Bvh>>,
     pub(super) joint_tables: HashMap<PathBuf, Rc<JointTable>>,
@@ -33,8 +36,8 @@ pub(super) struct SceneFiles<'a> {
 
 impl<'a> SceneFiles<'a> {
     pub(super) fn new(sources: &'a Sources) -> SceneFiles<'a> {
-        let (gltf, clips, motions, joint_tables) = Default::default();
-        SceneFiles { sources, triangles_left: MOST_TRIANGLES, gltf, clips, motions, joint_tables }
+        let (gltf, layers, clips, motions, joint_tables) = Default::default();
+        SceneFiles { sources, triangles_left: MOST_TRIANGLES, gltf, layers, clips, motions, joint_tables }
     }
 
     /// The nodes of a glTF file, at a time of one of its animations if there is one.
@@ -51,6 +54,17 @@ impl<'a> SceneFiles<'a> {
             }
         }
         .map_err(with_key("mesh"))
+    }
+
+    /// The nodes of a STEP file with their layers, which these patterns select.
+    pub(super) fn step_layers(&mut self, path: &Path, patterns: &[WildMatch]) -> Result<Vec<NodeMesh>> {
+        let key = (path.to_path_buf(), patterns.iter().map(WildMatch::pattern).collect());
+        if let Some(nodes) = self.layers.get(&key) {
+            return Ok(nodes.to_vec());
+        }
+        let nodes = Gltf::step_layers(path, patterns, self.sources).map_err(with_key("mesh"))?;
+        self.layers.insert(key, Rc::new(nodes.clone()));
+        Ok(nodes)
     }
 
     /// The joints of a person of whom a body can be drawn.

@@ -1,5 +1,6 @@
 //! The parts of an object: reads the meshes and tessellates the bodies.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use wildmatch::WildMatch;
@@ -48,7 +49,13 @@ fn read(object: &ObjectSpec, files: &mut SceneFiles, sag_m: f64) -> Result<Vec<O
             mannequin::body(&person, sag_m)
         }
         SurfaceSpec::Mesh(file) if matches!(file.format, MeshFormat::Gltf | MeshFormat::Step) => {
-            let mut nodes = files.gltf_nodes(&file.path, object.animated.as_ref())?;
+            let layers: Vec<WildMatch> =
+                object.nodes.iter().filter_map(|rule| pattern(&rule.layer)).collect();
+            // A STEP file has no animation, which the first of these reports.
+            let mut nodes = match layers.is_empty() || object.animated.is_some() {
+                true => files.gltf_nodes(&file.path, object.animated.as_ref())?,
+                false => files.step_layers(&file.path, &layers)?,
+            };
             let is_z_up = file.is_glb_z_up(sources);
             for NodeMesh { mesh, .. } in &mut nodes {
                 *mesh = std::mem::take(mesh).scale(file.scale);
@@ -102,38 +109,86 @@ fn parts_by_rules(
     Ok(objects)
 }
 
+/// A compiled pattern of a key, if the key is there.
+fn pattern(key: &Option<String>) -> Option<WildMatch> {
+    key.as_deref().map(WildMatch::new)
+}
+
+/// The patterns of a rule.
+struct Patterns {
+    name: Option<WildMatch>,
+    layer: Option<WildMatch>,
+}
+
+impl Patterns {
+    fn new(rule: &NodeRule) -> Patterns {
+        Patterns { name: pattern(&rule.r#match), layer: pattern(&rule.layer) }
+    }
+
+    fn has_name(&self, node: &NodeMesh) -> bool {
+        self.name.as_ref().is_none_or(|name| node.names.iter().any(|other| name.matches(other)))
+    }
+
+    fn has_layer(&self, node: &NodeMesh) -> bool {
+        self.layer.as_ref().is_none_or(|layer| node.layers.iter().any(|other| layer.matches(other)))
+    }
+
+    fn covers(&self, node: &NodeMesh) -> bool {
+        self.has_name(node) && self.has_layer(node)
+    }
+
+    /// Why they match no node.
+    fn miss(&self, rule: &NodeRule, nodes: &[NodeMesh]) -> Issue {
+        let wrong = |key: &str, pattern: &Option<String>, what: String| {
+            Issue::value(key, format!("{:?}", pattern.as_deref().unwrap_or_default()), what)
+        };
+        if !nodes.iter().any(|node| self.has_layer(node)) {
+            let layers: BTreeSet<&str> =
+                nodes.iter().flat_map(|node| &node.layers).map(String::as_str).collect();
+            let what = match layers.is_empty() {
+                true => "no solid or surface of the file is on a layer: select parts by match".into(),
+                false => format!("no part is on such a layer; there are {}", first_names(layers)),
+            };
+            return wrong("nodes.layer", &rule.layer, what);
+        }
+        let what = match &rule.layer {
+            Some(layer) if nodes.iter().any(|node| self.has_name(node)) => {
+                format!("no part of such a name is on a layer {layer:?}")
+            }
+            _ => {
+                let names = nodes.iter().filter_map(|node| node.names.last()).map(String::as_str);
+                format!("no node with triangles has such a name; there are {}", first_names(names))
+            }
+        };
+        wrong("nodes.match", &rule.r#match, what)
+    }
+}
+
+/// A list for a message.
+fn first_names<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    names.into_iter().take(12).collect::<Vec<_>>().join(", ")
+}
+
 /// Nodes become one object for the nodes that no rule names, under the object's own name, and one for
 /// each rule, named `object/pattern`. A node follows the first rule that matches it or a node above it.
 fn split_by_rules(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<Object>) -> Result<()> {
-    let rules: Vec<WildMatch> = object.nodes.iter().map(|rule| WildMatch::new(&rule.r#match)).collect();
+    let rules: Vec<Patterns> = object.nodes.iter().map(Patterns::new).collect();
     let mut rest = Mesh::default();
     let mut parts = vec![Mesh::default(); rules.len()];
-    let mut matched = vec![false; rules.len()];
     for node in &nodes {
-        let covers = |rule: &WildMatch| node.names.iter().any(|name| rule.matches(name));
-        for (seen, rule) in matched.iter_mut().zip(&rules) {
-            *seen |= covers(rule);
-        }
-        match rules.iter().position(covers) {
+        match rules.iter().position(|rule| rule.covers(node)) {
             Some(rule) => parts[rule].append(&node.mesh),
             None => rest.append(&node.mesh),
         }
     }
-    if let Some(rule) = matched.iter().position(|&seen| !seen) {
-        let mut names: Vec<&str> =
-            nodes.iter().filter_map(|node| node.names.last()).map(String::as_str).collect();
-        names.truncate(12);
-        return Err(Issue::value(
-            "nodes.match",
-            format!("{:?}", object.nodes[rule].r#match),
-            format!("no node with triangles has such a name; there are {}", names.join(", ")),
-        )
-        .into());
+    let is_missed = |rule: &Patterns| !nodes.iter().any(|node| rule.covers(node));
+    if let Some(rule) = rules.iter().position(is_missed) {
+        return Err(rules[rule].miss(&object.nodes[rule], &nodes).into());
     }
     if let Some(rule) = parts.iter().position(|mesh| mesh.triangles.is_empty()) {
         return Err(Issue::value(
-            "nodes.match",
-            format!("{:?}", object.nodes[rule].r#match),
+            "nodes",
+            format!("{:?}", object.nodes[rule].name()),
             "every node that it names already follows a rule above it; the first that \
                 matches counts, so put it first",
         )
@@ -143,12 +198,12 @@ fn split_by_rules(object: &ObjectSpec, nodes: Vec<NodeMesh>, objects: &mut Vec<O
         let rest = Surface::Mesh(rest);
         objects.push(part(object, object.name.clone(), object.role, object.optical, rest));
     }
-    for (NodeRule { r#match, role, optical, radar, ignore }, mesh) in object.nodes.iter().zip(parts) {
-        if !ignore {
-            let name = format!("{}/{match}", object.name);
-            let (role, optical) = (role.unwrap_or(object.role), optical.unwrap_or(object.optical));
+    for (rule, mesh) in object.nodes.iter().zip(parts) {
+        if !rule.ignore {
+            let name = format!("{}/{}", object.name, rule.name());
+            let (role, optical) = (rule.role.unwrap_or(object.role), rule.optical.unwrap_or(object.optical));
             let part = part(object, name, role, optical, Surface::Mesh(mesh));
-            objects.push(Object { radar: radar.unwrap_or(part.radar), ..part });
+            objects.push(Object { radar: rule.radar.unwrap_or(part.radar), ..part });
         }
     }
     Ok(())

@@ -84,7 +84,8 @@ fn place(
         };
         let mesh = meshes.whole(&link.bodies, world_from_link).map_err(of_link)?;
         if !mesh.triangles.is_empty() {
-            links.push(NodeMesh { names: [std::slice::from_ref(&link.name), &names[..]].concat(), mesh });
+            let names = [std::slice::from_ref(&link.name), &names[..]].concat();
+            links.push(NodeMesh { names, layers: Vec::new(), mesh });
         }
     }
     for inner in &model.models {

@@ -82,7 +82,7 @@ pub struct ObjectSpec {
     pub surface: SurfaceSpec,
     /// A file with a human's joints in the object's own frame; a mannequin's are its own.
     pub keypoints: Option<KeypointFile>,
-    /// Rules for the parts of a glTF file or of an SDF world.
+    /// Rules for the parts of a glTF or STEP file or of an SDF world.
     pub nodes: Vec<NodeRule>,
     /// The animation that poses a glTF file and when in it, in seconds.
     pub animated: Option<(WhichClip, f64)>,
@@ -191,13 +191,17 @@ impl PersonFile {
     }
 }
 
-/// What parts of a glTF file or of an SDF world are, by the names of their nodes, or of models and links.
+/// What parts of a file are: of a glTF file by the names of nodes, of a STEP file by names of parts and by layers, and of
+/// an SDF world by names of models and links.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct NodeRule {
-    /// A pattern with `*` and `?`; it covers a node and all below it.
-    pub r#match: String,
+    /// A pattern of names with `*` and `?`; it covers a node and all below it.
+    pub r#match: Option<String>,
+    /// A pattern of layers of a STEP file, alike: it covers solids and surfaces that are on such a layer, whatever their
+    /// other layers. With `match`, both must fit.
+    pub layer: Option<String>,
     /// Another role than the object's.
     pub role: Option<Role>,
     /// Another optical kind than the object's.
@@ -207,6 +211,13 @@ pub struct NodeRule {
     /// Leaves the parts out.
     #[serde(default)]
     pub ignore: bool,
+}
+
+impl NodeRule {
+    /// The name of its parts, behind the name of the object: its patterns.
+    pub fn name(&self) -> String {
+        [&self.layer, &self.r#match].into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join("/")
+    }
 }
 
 /// A robot to load and to pose.
@@ -285,7 +296,7 @@ impl ObjectSpec {
     /// Whether it, or a part of it by the rules of its nodes, has this name.
     pub fn has_part(&self, name: &str) -> bool {
         let rule = || name.strip_prefix(self.name.as_str())?.strip_prefix('/');
-        let has_rule = |rule: &str| self.nodes.iter().any(|node| !node.ignore && node.r#match == rule);
+        let has_rule = |rule: &str| self.nodes.iter().any(|node| !node.ignore && node.name() == rule);
         self.name == name || rule().is_some_and(has_rule)
     }
 

@@ -5,16 +5,27 @@ use std::path::Path;
 use perirobot_march::error::Words;
 
 /// The formats by their endings: what converts them. `{file}` stands for the file, `{stem}` for its name without the ending.
-const CONVERTERS: [(&[&str], &str); 25] = [
+const CONVERTERS: [(&[&str], &str); 29] = [
     (
         &["step", "stp", "p21"],
         "STEP holds curved surfaces and no triangles: `pip install cascadio numpy`, then `python -c \"import cascadio; \
          cascadio.step_to_glb('{file}', '{stem}.glb', 1.0)\"`, which leaves z up: add up = \"z\"; or FreeCAD (File > Export)",
     ),
     (
-        &["iges", "igs", "brep", "brp", "x_t", "x_b", "sat", "fcstd"],
-        "it holds curved surfaces and no triangles: export a .glb or .stl in FreeCAD (File > Export) or in the CAD \
-         program; CAD programs mostly write millimetres, then add unit = \"mm\"",
+        &["iges", "igs"],
+        "IGES holds curved surfaces and no triangles: `pip install cascadio numpy`, then `python -c \"import cascadio; \
+         open('{stem}.glb', 'wb').write(cascadio.load(open('{file}', 'rb').read(), 'iges', 1.0))\"`, which writes millimetres \
+         and leaves z up: add unit = \"mm\" and up = \"z\"; or FreeCAD (File > Export)",
+    ),
+    (
+        &["brep", "brp", "fcstd"],
+        "it holds curved surfaces and no triangles: export a .glb or .stl in FreeCAD (File > Export); an .stl is in \
+         millimetres, then add unit = \"mm\"",
+    ),
+    (
+        &["x_t", "x_b", "sat"],
+        "it holds curved surfaces and no triangles: export STEP, .glb or .stl in the CAD program; CAD programs mostly write \
+         .stl in millimetres, then add unit = \"mm\"",
     ),
     (&["sldprt", "sldasm"], "only SOLIDWORKS reads it: save as .stl (then add unit = \"mm\"), or as STEP"),
     (
@@ -22,9 +33,32 @@ const CONVERTERS: [(&[&str], &str); 25] = [
         "only the program that made it reads it: export .glb, .stl, .obj or .dae there",
     ),
     (&["dwg"], "export an .stl in AutoCAD (STLOUT), or a .dxf and convert that in FreeCAD"),
-    (&["dxf"], "FreeCAD opens it and exports its faces as .stl (File > Export); lines have no surface"),
-    (&["ifc", "ifczip"], "`IfcConvert --y-up {file} {stem}.glb` (IfcOpenShell)"),
-    (&["3mf", "amf"], "open it in FreeCAD or in a slicer and export .stl; then add unit = \"mm\""),
+    (
+        &["dxf"],
+        "FreeCAD opens it and exports its faces as .stl (File > Export); without a window: `pip install ezdxf`, then `python -c \
+         \"import ezdxf; from ezdxf import disassemble as d; from ezdxf.addons import meshex; from ezdxf.render import \
+         MeshBuilder; m = MeshBuilder(); [m.add_mesh(mesh=p.mesh) if p.mesh else m.add_face(p.entity.wcs_vertices()) for p in \
+         d.to_primitives(d.recursive_decompose(ezdxf.readfile('{file}').modelspace())) if p.mesh or p.entity.dxftype() == \
+         '3DFACE']; open('{stem}.stl', 'wb').write(meshex.stl_dumpb(m))\"`; lines have no surface, and solids (3DSOLID) \
+         need STLOUT in AutoCAD; add the drawing's unit",
+    ),
+    (
+        &["ifc"],
+        "`IfcConvert --y-up --use-element-names {file} {stem}.glb` (IfcOpenShell); or `pip install ifcopenshell`, then \
+         `python -c \"import ifcopenshell, ifcopenshell.geom as g; f = ifcopenshell.open('{file}'); s = g.settings(); \
+         s.set('y-up', True); s.set('use-element-names', True); z = g.serializers.glb('{stem}.glb', s); z.setFile(f); \
+         z.writeHeader(); [z.write(e) for e in g.iterate(s, f)]; z.finalize()\"`",
+    ),
+    (
+        &["ifczip"],
+        "unpack the .ifc in it, and convert that with `IfcConvert --y-up --use-element-names` (IfcOpenShell)",
+    ),
+    (
+        &["3mf"],
+        "`pip install trimesh networkx lxml`, then `python -c \"import trimesh; trimesh.load('{file}').export('{stem}.glb')\"`, \
+         which mostly leaves millimetres and z up: add unit = \"mm\" and up = \"z\"; or FreeCAD or a slicer, which exports .stl",
+    ),
+    (&["amf"], "open it in FreeCAD or in a slicer and export .stl; then add unit = \"mm\""),
     (
         &["usd", "usda", "usdc", "usdz"],
         "Blender imports it (File > Import > Universal Scene Description) and exports .glb",
@@ -114,13 +148,17 @@ mod tests {
     fn each_known_format_has_its_converter() {
         for (file, expected) in [
             ("in/a.STEP", "cascadio.step_to_glb('a.STEP', 'a.glb', 1.0)"),
-            ("a.igs", "FreeCAD"),
+            ("a.igs", "open('a.glb', 'wb').write(cascadio.load(open('a.igs', 'rb').read(), 'iges', 1.0))"),
+            ("a.brep", "FreeCAD"),
+            ("a.x_t", "export STEP"),
             ("a.SLDPRT", "SOLIDWORKS"),
-            ("a.dxf", "FreeCAD"),
-            ("hall.ifc", "`IfcConvert --y-up hall.ifc hall.glb`"),
-            ("SYSTEM.ifc", "`IfcConvert --y-up SYSTEM.ifc SYSTEM.glb`"),
-            ("PROFILE.ifc", "`IfcConvert --y-up PROFILE.ifc PROFILE.glb`"),
-            ("a.3mf", "slicer"),
+            ("a.dxf", "ezdxf.readfile('a.dxf')"),
+            ("hall.ifc", "`IfcConvert --y-up --use-element-names hall.ifc hall.glb`"),
+            ("SYSTEM.ifc", "ifcopenshell.open('SYSTEM.ifc')"),
+            ("PROFILE.ifc", "g.serializers.glb('PROFILE.glb', s)"),
+            ("a.ifczip", "unpack"),
+            ("a.3mf", "trimesh.load('a.3mf').export('a.glb')"),
+            ("a.amf", "slicer"),
             ("a.usdz", "Blender"),
             ("a.fbx", "FBX2glTF --binary a.fbx"),
             ("a.las", "pdal translate a.las a.ply"),
@@ -130,7 +168,7 @@ mod tests {
             ("a.laz", "a sensor of kind = \"recorded\" reads them"),
             ("b.bag", "a sensor of kind = \"recorded\" reads them"),
             ("a.urdf", "urdf ="),
-            ("$(reboot).ifc", "`IfcConvert --y-up NAME.ifc NAME.glb`"),
+            ("$(reboot).ifc", "--use-element-names NAME.ifc NAME.glb`"),
             ("-o.fbx", "`FBX2glTF --binary NAME.fbx`"),
         ] {
             let said = accepted_formats(Path::new(file), "a .glb file").to_string();

@@ -1,20 +1,33 @@
 //! Converts STEP files to glTF by the Python package cascadio (OpenCASCADE), if the user allows it. No Rust library
 //! makes triangles of assemblies of curved faces yet, and a CAD kernel in this program would be in every build.
 
+mod layers;
+mod part21;
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, PoisonError};
+
+use wildmatch::WildMatch;
 
 use super::folder::{TemporaryFolder, output_end};
 use super::{MOST_BYTES_OF_DATA, Sources, ending, formats, sha256};
 use perirobot_march::Result;
 use perirobot_march::error::{Argument, Issue, Words};
 
-/// The glTF of each file.
-pub(super) type Converted = BTreeMap<PathBuf, Arc<[u8]>>;
+/// The glTF of each STEP file, by the hash of its bytes.
+pub(super) type Converted = BTreeMap<String, Arc<[u8]>>;
+
+/// Parts of a STEP file that are alike to the rules of an object.
+pub(crate) struct Layered {
+    /// All layers that its parts are on.
+    pub(crate) layers: Vec<String>,
+    /// Its binary glTF, as [`Sources::convert_step`] makes it.
+    pub(crate) glb: Arc<[u8]>,
+}
 
 /// The program of the interpreter: a chord error of at most 1 mm, a tenth of the smallest usual voxel.
 const STEP_TO_GLB: &str = include_str!("step_to_glb.py");
@@ -39,18 +52,50 @@ impl Sources {
     /// When it may not be converted, cannot be read, or the conversion fails or gives another result than before.
     pub(crate) fn convert_step(&self, path: &Path) -> Result<Arc<[u8]>> {
         let bytes = self.bytes(path)?;
-        let Some(python) = &self.step_python else { return Err(refusal(path).with_place(path).into()) };
-        let known = self.record.lock().unwrap_or_else(PoisonError::into_inner).converted.get(path).cloned();
-        if let Some(known) = known {
-            return Ok(known);
+        self.convert(path, &bytes, "")
+    }
+
+    /// The same of the parts of a file in groups: in each, all parts are on layers that the same patterns match.
+    ///
+    /// # Errors
+    /// Those of [`Sources::convert_step`].
+    pub(crate) fn convert_step_layers(&self, path: &Path, patterns: &[WildMatch]) -> Result<Vec<Layered>> {
+        let bytes = self.bytes(path)?;
+        let (groups, remarks) = layers::split(&bytes, patterns);
+        remarks.iter().for_each(|remark| self.remark(path, remark));
+        if groups.is_empty() {
+            return Ok(vec![Layered { layers: Vec::new(), glb: self.convert(path, &bytes, "")? }]);
         }
-        let glb: Arc<[u8]> =
-            convert(python, &bytes).map_err(|issue| issue.with_place("STEP").with_place(path))?.into();
-        log::info!("converted {}: {} bytes", path.display(), glb.len());
+        let is_split = groups.len() > 1;
+        let convert = |group: layers::Group| {
+            let words = patterns.iter().zip(&group.matched);
+            let words = words.map(|(pattern, is_on)| {
+                format!(", {} layer {:?}", if *is_on { "on" } else { "not on" }, pattern.pattern())
+            });
+            let name = if is_split { words.collect() } else { String::new() };
+            Ok(Layered { glb: self.convert(path, &group.step, &name)?, layers: group.layers })
+        };
+        groups.into_iter().map(convert).collect()
+    }
+
+    /// The glTF of bytes of a file, recorded with words that name these bytes.
+    fn convert(&self, path: &Path, step: &[u8], words: &str) -> Result<Arc<[u8]>> {
+        let Some(python) = &self.step_python else { return Err(refusal(path).with_place(path).into()) };
+        let hash = sha256([step]);
+        let known = self.record.lock().unwrap_or_else(PoisonError::into_inner).converted.get(&hash).cloned();
+        let glb = match known {
+            Some(known) => known,
+            None => {
+                let glb: Arc<[u8]> =
+                    convert(python, step).map_err(|issue| issue.with_place("STEP").with_place(path))?.into();
+                log::info!("converted {}{words}: {} bytes", path.display(), glb.len());
+                glb
+            }
+        };
         let mut record = self.record.lock().unwrap_or_else(PoisonError::into_inner);
         // Another version of the converter may make other triangles of the same file.
-        record.by_name.insert(format!("{} (converted)", self.name(path)), sha256([&glb]));
-        record.converted.insert(path.into(), glb.clone());
+        record.by_name.insert(format!("{} (converted{words})", self.name(path)), sha256([&glb]));
+        record.converted.insert(hash, glb.clone());
         Ok(glb)
     }
 }

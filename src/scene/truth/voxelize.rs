@@ -263,6 +263,14 @@ pub fn unit_question(own_m: f64, takes_unit: bool) -> String {
     }
 }
 
+/// Asks for the unit of an object that is shorter than a voxel.
+pub fn speck_question(own_m: f64, voxel_size_m: f64) -> Option<String> {
+    (own_m < voxel_size_m).then(|| {
+        let mm = own_m * 1e3;
+        format!("is {mm:.1} mm long, less than a voxel: is its unit right? Lengths in a scene are metres")
+    })
+}
+
 /// The classic traps: millimetres for metres, a person lying along y.
 fn size_warning(object: &Object, [low, high]: [DVec3; 2]) -> Option<String> {
     let size = high - low;

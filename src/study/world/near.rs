@@ -17,6 +17,9 @@ pub struct NearBlindness {
     pub along: Along,
     /// For each region, its voxels that are in the field of view and nearer, and all of them.
     pub regions: Vec<[u64; 2]>,
+    /// The columns of voxels of which one is in the field of view and nearer, and all columns of the grid: seen from above,
+    /// the blind ring and the floor.
+    pub floor: [u64; 2],
 }
 
 /// The lens of a sensor at a candidate in a world, if it has one.
@@ -47,7 +50,15 @@ pub fn near_blindness(
         });
         [blind, region.voxels.count()]
     });
-    Some(NearBlindness { near_m, along, regions: regions.collect() })
+    let columns = around.intersection(&grid.window());
+    let ([x, y, z], [x_end, y_end, z_end]) = (columns.min, columns.end());
+    let is_blind = |voxel| lens.is_too_near(grid.corner_m(voxel) + grid.voxel_size_m / 2.0);
+    let blind = (x..x_end)
+        .flat_map(|x| (y..y_end).map(move |y| [x, y]))
+        .filter(|[x, y]| (z..z_end).any(|z| is_blind([*x, *y, z])))
+        .count();
+    let floor = [blind as u64, u64::from(grid.size[0]) * u64::from(grid.size[1])];
+    Some(NearBlindness { near_m, along, regions: regions.collect(), floor })
 }
 
 impl NearBlindness {
@@ -60,21 +71,28 @@ impl NearBlindness {
     /// The regions that are blind in part, with their shares; `None` if no voxel of a region is.
     pub fn describe_regions(&self, study: &Study) -> Option<String> {
         let shares = study.regions.iter().zip(&self.regions).filter(|(_, [blind, _])| *blind > 0);
-        let shares = shares.map(|((name, _), [blind, all])| {
-            let percent = match 100.0 * *blind as f64 / *all as f64 {
-                little if little < 0.01 => "under 0.01".into(),
-                percent => format!("{percent:.2}"),
-            };
-            format!("{percent} % of region {name:?}")
-        });
+        let shares = shares.map(|((name, _), share)| format!("{} % of region {name:?}", percent(*share)));
         let shares: Vec<String> = shares.collect();
         (!shares.is_empty()).then(|| shares.join(", "))
+    }
+
+    /// The share of the floor above which something is blind, whatever its height; `None` if nothing in the grid is.
+    pub fn describe_floor(&self) -> Option<String> {
+        (self.floor[0] > 0).then(|| format!("{} % of the floor (seen from above)", percent(self.floor)))
     }
 
     /// The largest share of a region.
     pub fn largest_share(&self) -> f64 {
         let share = |[blind, all]: &[u64; 2]| *blind as f64 / (*all).max(1) as f64;
         self.regions.iter().map(share).fold(0.0, f64::max)
+    }
+}
+
+/// A share above 0 in percent.
+fn percent([some, all]: [u64; 2]) -> String {
+    match 100.0 * some as f64 / all as f64 {
+        little if little < 0.01 => "under 0.01".into(),
+        percent => format!("{percent:.2}"),
     }
 }
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use perirobot_scene::objects::spec::{SceneSpec, SurfaceSpec};
 use perirobot_scene::truth::ObjectVoxels;
-use perirobot_scene::truth::voxelize::{HUGE_M, LARGE_M, unit_question};
+use perirobot_scene::truth::voxelize::{HUGE_M, LARGE_M, speck_question, unit_question};
 
 /// What became of a mesh in millimetres is tiny if it is no longer than this, and so small beside the cell.
 const TINY_M: f64 = 0.3;
@@ -85,11 +85,8 @@ impl Lengths {
                 "object {name:?} is {long} long by {unit}, in a cell of {beside_m:.1} m: {other}"
             ));
         }
-        if !is_map && own_m < voxel_size_m {
-            let mm = own_m * 1e3;
-            return Some(format!(
-                "object {name:?} is {mm:.1} mm long, less than a voxel: is its unit right? Lengths in a scene are metres"
-            ));
+        if let Some(question) = speck_question(own_m, voxel_size_m).filter(|_| !is_map) {
+            return Some(format!("object {name:?} {question}"));
         }
         let longest_m = longest_m?;
         // Longer objects are told of when they are voxelized.

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-/// A box: its name, two corners, and where the assembly puts it.
+/// A box: its name, layers, two corners, and where the assembly puts it.
 pub(super) struct Part {
     pub(super) name: &'static str,
+    pub(super) layers: &'static [&'static str],
     pub(super) corners: [[f64; 3]; 2],
     pub(super) place: [f64; 3],
 }
@@ -72,41 +73,80 @@ impl Lines {
     }
 }
 
+/// What all shapes of a file need: the contexts of its products and of its shapes, and the frame of the file.
+struct Basis {
+    products: [String; 2],
+    shapes: String,
+    origin: String,
+}
+
+impl Lines {
+    fn basis(&mut self, is_in_inches: bool) -> Basis {
+        let application = self.add("APPLICATION_CONTEXT('automotive design')");
+        let products = [
+            self.add(&format!("PRODUCT_CONTEXT('',{application},'mechanical')")),
+            self.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')")),
+        ];
+        let mut unit = self.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))");
+        if is_in_inches {
+            let dimensions = self.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
+            let inch = self.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),{unit})"));
+            unit = self
+                .add(&format!("(CONVERSION_BASED_UNIT('INCH',{inch})LENGTH_UNIT()NAMED_UNIT({dimensions}))"));
+        }
+        let angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
+        let solid_angle = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())");
+        let accuracy = self.add(&format!(
+            "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-6),{unit},'distance_accuracy_value','')"
+        ));
+        let shapes = self.add(&format!(
+            "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({accuracy}))\
+             GLOBAL_UNIT_ASSIGNED_CONTEXT(({unit},{angle},{solid_angle}))REPRESENTATION_CONTEXT('',''))"
+        ));
+        Basis { products, shapes, origin: self.axes([0.0; 3], UP, ALONG) }
+    }
+
+    fn solid(&mut self, Part { name, corners, .. }: &Part) -> String {
+        let shell = self.shell(*corners);
+        self.add(&format!("FACETED_BREP('{name}',{shell})"))
+    }
+
+    /// The layers of solids.
+    fn layers(&mut self, parts: &[Part], solids: &[String]) {
+        for (Part { layers, .. }, solid) in parts.iter().zip(solids) {
+            for layer in *layers {
+                self.add(&format!("PRESENTATION_LAYER_ASSIGNMENT('{layer}','',({solid}))"));
+            }
+        }
+    }
+
+    fn file(self) -> String {
+        format!(
+            "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('cell','2026-01-01T00:00:00',(''),(''),'','','');\n\
+             FILE_SCHEMA(('AUTOMOTIVE_DESIGN {{ 1 0 10303 214 1 1 1 1 }}'));\nENDSEC;\nDATA;\n{}ENDSEC;\nEND-ISO-10303-21;\n",
+            self.text
+        )
+    }
+}
+
+const UP: [f64; 3] = [0.0, 0.0, 1.0];
+const ALONG: [f64; 3] = [1.0, 0.0, 0.0];
+
 /// An assembly whose places of parts are all called NAUO1, as some CAD programs call them.
 pub(super) fn assembly(is_in_inches: bool, parts: &[Part]) -> String {
     let mut lines = Lines::default();
-    let application = lines.add("APPLICATION_CONTEXT('automotive design')");
-    let contexts = [
-        lines.add(&format!("PRODUCT_CONTEXT('',{application},'mechanical')")),
-        lines.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')")),
-    ];
-    let mut unit = lines.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))");
-    if is_in_inches {
-        let dimensions = lines.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)");
-        let inch = lines.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),{unit})"));
-        unit = lines
-            .add(&format!("(CONVERSION_BASED_UNIT('INCH',{inch})LENGTH_UNIT()NAMED_UNIT({dimensions}))"));
-    }
-    let angle = lines.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
-    let solid_angle = lines.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())");
-    let accuracy = lines.add(&format!(
-        "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-6),{unit},'distance_accuracy_value','')"
-    ));
-    let context = lines.add(&format!(
-        "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({accuracy}))\
-         GLOBAL_UNIT_ASSIGNED_CONTEXT(({unit},{angle},{solid_angle}))REPRESENTATION_CONTEXT('',''))"
-    ));
-    let (up, along) = ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
-    let origin = lines.axes([0.0; 3], up, along);
-    let places: Vec<String> = parts.iter().map(|part| lines.axes(part.place, up, along)).collect();
-    let whole = lines.add(&format!("SHAPE_REPRESENTATION('cell',({origin},{}),{context})", places.join(",")));
-    let cell = lines.product("cell", &contexts, &whole);
-    for (Part { name, corners, .. }, place) in parts.iter().zip(&places) {
-        let shell = lines.shell(*corners);
-        let solid = lines.add(&format!("FACETED_BREP('{name}',{shell})"));
+    let Basis { products, shapes, origin } = lines.basis(is_in_inches);
+    let places: Vec<String> = parts.iter().map(|part| lines.axes(part.place, UP, ALONG)).collect();
+    let whole = lines.add(&format!("SHAPE_REPRESENTATION('cell',({origin},{}),{shapes})", places.join(",")));
+    let cell = lines.product("cell", &products, &whole);
+    let mut solids = Vec::new();
+    for (part, place) in parts.iter().zip(&places) {
+        let solid = lines.solid(part);
+        let name = part.name;
         let shape =
-            lines.add(&format!("FACETED_BREP_SHAPE_REPRESENTATION('{name}',({solid},{origin}),{context})"));
-        let product = lines.product(name, &contexts, &shape);
+            lines.add(&format!("FACETED_BREP_SHAPE_REPRESENTATION('{name}',({solid},{origin}),{shapes})"));
+        solids.push(solid);
+        let product = lines.product(name, &products, &shape);
         let usage = lines.add(&format!("NEXT_ASSEMBLY_USAGE_OCCURRENCE('NAUO1','','',{cell},{product},$)"));
         let usage = lines.add(&format!("PRODUCT_DEFINITION_SHAPE('','',{usage})"));
         let moved = lines.add(&format!("ITEM_DEFINED_TRANSFORMATION('','',{origin},{place})"));
@@ -116,9 +156,20 @@ pub(super) fn assembly(is_in_inches: bool, parts: &[Part]) -> String {
         ));
         lines.add(&format!("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION({relation},{usage})"));
     }
-    format!(
-        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('cell','2026-01-01T00:00:00',(''),(''),'','','');\n\
-         FILE_SCHEMA(('AUTOMOTIVE_DESIGN {{ 1 0 10303 214 1 1 1 1 }}'));\nENDSEC;\nDATA;\n{}ENDSEC;\nEND-ISO-10303-21;\n",
-        lines.text
-    )
+    lines.layers(parts, &solids);
+    lines.file()
+}
+
+/// One part with all solids, which are not moved, as drawing programs without assemblies write files.
+pub(super) fn one_part(parts: &[Part]) -> String {
+    let mut lines = Lines::default();
+    let Basis { products, shapes, origin } = lines.basis(false);
+    let solids: Vec<String> = parts.iter().map(|part| lines.solid(part)).collect();
+    let shape = lines.add(&format!(
+        "FACETED_BREP_SHAPE_REPRESENTATION('drawing',({},{origin}),{shapes})",
+        solids.join(",")
+    ));
+    lines.product("drawing", &products, &shape);
+    lines.layers(parts, &solids);
+    lines.file()
 }

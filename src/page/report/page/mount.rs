@@ -150,7 +150,8 @@ fn sheet(
             if let Some(near) = near_blindness(study, &worlds[0], [number, candidate]) {
                 let regions = near.describe_regions(study).unwrap_or_else(|| "no part of a region".into());
                 let distance = near.describe_distance();
-                lines.push(text("blind near the lens", format!("{distance}: {regions}")));
+                let floor = near.describe_floor().map(|floor| format!(", {floor}")).unwrap_or_default();
+                lines.push(text("blind near the lens", format!("{distance}: {regions}{floor}")));
             }
             lines
         }

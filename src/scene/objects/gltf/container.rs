@@ -27,14 +27,21 @@ pub(super) struct Container {
 
 impl Container {
     pub(super) fn open(path: &Path, sources: &Sources) -> Result<Container> {
+        match is_step(path) {
+            true => Container::parse(path, &sources.convert_step(path)?, sources),
+            false => {
+                let bytes = strip_mark(sources.bytes(path)?).map_err(|issue| issue.with_place(path))?;
+                Container::parse(path, &bytes, sources)
+            }
+        }
+    }
+
+    /// Parses the bytes of a file, or what it was converted to.
+    pub(super) fn parse(path: &Path, bytes: &[u8], sources: &Sources) -> Result<Container> {
         let place = |issue: Issue| issue.with_place(path);
-        let bytes = match is_step(path) {
-            true => sources.convert_step(path)?.to_vec(),
-            false => strip_mark(sources.bytes(path)?).map_err(place)?,
-        };
         let (json, blob) = match bytes.starts_with(b"glTF") {
-            true => split_glb(&bytes).map_err(place)?,
-            false => (&bytes[..], None),
+            true => split_glb(bytes).map_err(place)?,
+            false => (bytes, None),
         };
         check_version(json).map_err(place)?;
         let root = root(json).map_err(place)?;

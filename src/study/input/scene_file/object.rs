@@ -95,7 +95,7 @@ fn refuse_transparent_people(at: &Place, entry: &ObjectFile, role: Role) -> Resu
         node.role.unwrap_or(role) == Role::Human && passes(node.radar.or(entry.radar)) && !node.ignore
     };
     match entry.nodes.iter().find(is_wrong) {
-        Some(node) => Err(at.key(&format!("nodes {:?}", node.r#match)).wrong("radar", "\"passes\"", rule)),
+        Some(node) => Err(at.key(&format!("nodes {:?}", node.name())).wrong("radar", "\"passes\"", rule)),
         None => Ok(()),
     }
 }

@@ -119,10 +119,25 @@ pub(super) fn refuse_strange_keys(at: &Place, entry: &ObjectFile, surface: &Surf
         unit_and_up_belong(at, file, entry.unit, entry.up)?;
     }
     let has_nodes = surface.gltf().is_some() || matches!(surface, SurfaceSpec::Sdf(_));
-    match has_nodes || entry.nodes.is_empty() {
-        true => Ok(()),
-        false => Err(at.says("nodes belong to a .glb, .gltf or .step mesh or to an sdf")),
+    if !has_nodes && !entry.nodes.is_empty() {
+        return Err(at.says("nodes belong to a .glb, .gltf or .step mesh or to an sdf"));
     }
+    let has_layers = file.is_some_and(|file| file.format == MeshFormat::Step);
+    for (index, rule) in entry.nodes.iter().enumerate() {
+        let at = at.key(&format!("nodes[{index}]"));
+        match (&rule.r#match, &rule.layer) {
+            (_, Some(layer)) if !has_layers => {
+                let what =
+                    "does not belong here: only a .step mesh has layers, use match, which selects by names";
+                return Err(at.wrong("layer", format!("{layer:?}"), what));
+            }
+            (None, None) => {
+                return Err(at.says("has neither match nor layer").with_advice("match = \"*\" selects all"));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// Refuses `unit` and `up` where a file says them itself, and where there is no file.

@@ -71,6 +71,19 @@ fn plain(world: &World, is_blind: impl Fn(DVec3) -> bool) -> Vec<[u64; 2]> {
     world.regions.iter().map(|region| [blind(&region.voxels), region.voxels.count()]).collect()
 }
 
+/// How many columns of the grid have a voxel whose middle is where `is_blind` says, and how many there are.
+fn plain_floor(world: &World, is_blind: impl Fn(DVec3) -> bool) -> [u64; 2] {
+    let middle = |voxel| world.grid.corner_m(voxel) + world.grid.voxel_size_m / 2.0;
+    let [width, depth, height] = world.grid.size.map(|count| count as i32);
+    let mut blind = 0;
+    for x in 0..width {
+        for y in 0..depth {
+            blind += u64::from((0..height).filter(|z| is_blind(middle([x, y, *z]))).count() > 0);
+        }
+    }
+    [blind, (width * depth) as u64]
+}
+
 #[test]
 fn what_is_too_near_is_what_a_plain_loop_finds() {
     let (study, worlds) = study();
@@ -84,6 +97,8 @@ fn what_is_too_near_is_what_a_plain_loop_finds() {
     };
     let depth = found(0).unwrap();
     assert_eq!(depth.regions, plain(world, |at| in_image(at) && at.x - eye.x < 0.5));
+    assert_eq!(depth.floor, plain_floor(world, |at| in_image(at) && at.x - eye.x < 0.5));
+    assert!(depth.floor[0] > 50, "{depth:?}");
     assert!(depth.regions[0][0] > 400 && depth.regions[1][0] == 0, "{depth:?}");
     assert_eq!(depth.describe_distance(), "nearer than 0.5 m (depth)");
     let distance = found(1).unwrap();
@@ -97,6 +112,9 @@ fn what_is_too_near_is_what_a_plain_loop_finds() {
     };
     let scanner = found(2).unwrap();
     assert_eq!(scanner.regions, plain(world, |at| in_turn(at) && at.distance(eye) < 0.4));
+    assert_eq!(scanner.floor, plain_floor(world, |at| in_turn(at) && at.distance(eye) < 0.4));
+    let floor = 100.0 * scanner.floor[0] as f64 / scanner.floor[1] as f64;
+    assert_eq!(scanner.describe_floor().unwrap(), format!("{floor:.2} % of the floor (seen from above)"));
     assert!(scanner.regions[0][0] > 400, "{scanner:?}");
     assert_eq!(scanner.describe_distance(), "nearer than 0.4 m");
     let share = scanner.regions[0][0] as f64 / scanner.regions[0][1] as f64;
@@ -105,8 +123,8 @@ fn what_is_too_near_is_what_a_plain_loop_finds() {
         scanner.describe_regions(&study).unwrap(),
         format!("{:.2} % of region \"all\"", 100.0 * share)
     );
-    let nothing = NearBlindness { regions: vec![[0, 9], [0, 1]], ..scanner.clone() };
-    assert_eq!(nothing.describe_regions(&study), None);
+    let nothing = NearBlindness { regions: vec![[0, 9], [0, 1]], floor: [0, 9], ..scanner.clone() };
+    assert_eq!((nothing.describe_regions(&study), nothing.describe_floor()), (None, None));
     let little = NearBlindness { regions: vec![[1, 20_000], [0, 1]], ..scanner };
     assert_eq!(little.describe_regions(&study).unwrap(), "under 0.01 % of region \"all\"");
     assert_eq!(found(3), None, "a mat has no lens");
