@@ -125,11 +125,14 @@ pub(super) fn first_best(
     })
 }
 
+/// A value by which choices are ranked, and the F1 that decides between equal ones.
+pub(super) type ValueAndF1 = (f64, Option<f64>);
+
 /// Compares a value and its F1 with those of another choice; the better one is the greater.
 pub(super) fn compare_merit(
     score: Score,
-    (own, own_f1): (f64, Option<f64>),
-    (other, other_f1): (f64, Option<f64>),
+    (own, own_f1): ValueAndF1,
+    (other, other_f1): ValueAndF1,
 ) -> Ordering {
     let f1 = |f1: Option<f64>| f1.unwrap_or(f64::NEG_INFINITY);
     let by_score = score.merit(own).total_cmp(&score.merit(other));

@@ -2,7 +2,7 @@
 
 use crate::report::explained::{Advice, Explained, explain};
 use crate::report::reasons_file::names;
-use crate::report::series::{Series, compare_merit, series};
+use crate::report::series::{Series, ValueAndF1, compare_merit, series};
 use crate::report::table::Table;
 use perirobot_decide::view::why::{CauseTally, Missed};
 use perirobot_decide::view::{Choice, View};
@@ -33,7 +33,7 @@ pub fn leaders(results: &Results, count: usize, scores: &[Score]) -> Result<Vec<
 
 /// The best of all choices by a score in a region: combination, choice and representation; `None` if none has a value.
 pub fn leader(results: &Results, region: usize, score: Score) -> Result<Option<[usize; 3]>> {
-    let mut leader: Option<([usize; 3], (f64, Option<f64>))> = None;
+    let mut leader: Option<([usize; 3], ValueAndF1)> = None;
     for one in series(results, 0..results.combinations.len()) {
         let best = one.best(results, &results.moments(), region, score)?;
         let Some(&(choice, mean)) = best.first() else { continue };
