@@ -52,7 +52,7 @@ fn distances_m(range: &Range, farthest_m: f64) -> Vec<f64> {
     inside.chain([end_m]).collect()
 }
 
-/// What is too near to it, at the pose of some at which that is most of a region.
+/// What is too near to it, at the pose of some at which that is most of a region, else of the floor.
 fn nearest_share(study: &Study, world: &World, number: usize, poses: usize) -> Option<String> {
     let sensor = &study.sensors[number];
     let step = sensor.candidates.len().div_ceil(poses.max(1)).max(1);
@@ -61,14 +61,15 @@ fn nearest_share(study: &Study, world: &World, number: usize, poses: usize) -> O
         .filter_map(|candidate| Some((candidate, near_blindness(study, world, [number, candidate])?)))
         .collect();
     let more = |a: &(usize, NearBlindness), b: &(usize, NearBlindness)| {
-        a.1.largest_share().total_cmp(&b.1.largest_share()).then(b.0.cmp(&a.0))
+        let regions = a.1.largest_share().total_cmp(&b.1.largest_share());
+        regions.then(a.1.floor[0].cmp(&b.1.floor[0])).then(b.0.cmp(&a.0))
     };
     let (candidate, most) = found.iter().max_by(|a, b| more(a, b))?;
     let poses = count(found.len(), "pose");
-    let floor = most.describe_floor().map(|floor| format!(", {floor}")).unwrap_or_default();
-    let what = match most.describe_regions(study) {
-        Some(regions) => format!("{regions}{floor} at most, at {}", sensor.candidates[*candidate].name),
-        None => format!("no part of a region{floor}"),
+    let regions = most.describe_regions(study).unwrap_or_else(|| "no part of a region".into());
+    let what = match most.describe_floor() {
+        Some(floor) => format!("{regions}, {floor} at most, at {}", sensor.candidates[*candidate].name),
+        None => regions,
     };
     Some(format!("a body {} is not seen: {what} ({poses} tried)", most.describe_distance()))
 }

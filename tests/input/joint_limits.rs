@@ -240,7 +240,7 @@ fn frames(turns: &[Turn], angles_deg: &[f64]) -> Vec<DAffine3> {
     let mut frame = DAffine3::from_mat3_translation(base, DVec3::new(0.1, -0.2, 0.05));
     let each = turns.iter().zip(angles_deg).map(|(Turn { xyz, rpy, axis, .. }, angle)| {
         let turned = about(*rpy) * DMat3::from_axis_angle(DVec3::from(*axis), angle.to_radians());
-        frame = frame * DAffine3::from_mat3_translation(turned, DVec3::from(*xyz));
+        frame *= DAffine3::from_mat3_translation(turned, DVec3::from(*xyz));
         frame
     });
     each.collect()

@@ -14,8 +14,11 @@ const SHAPES: &str = "#1=AXIS2_PLACEMENT_3D('',#2,$,$);\n\
     #50=MAPPED_ITEM('',#51,#1);#51=REPRESENTATION_MAP(#1,#45);#55=SHAPE_REPRESENTATION('',(#50),#9);\n\
     #60=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#61,#62);#70=REPRESENTATION('',(#10),#9);\n";
 
-/// The groups of a file: which patterns match, the layers, and the items that are left in each list.
-fn groups(layers: &str, patterns: &[&str]) -> (Vec<(Vec<bool>, Vec<String>, String)>, Vec<String>) {
+/// Which patterns match, the layers, and the items that are left in each list.
+type Found = (Vec<bool>, Vec<String>, String);
+
+/// The groups of a file, and the remarks.
+fn groups(layers: &str, patterns: &[&str]) -> (Vec<Found>, Vec<String>) {
     let patterns: Vec<WildMatch> = patterns.iter().map(|pattern| WildMatch::new(pattern)).collect();
     let step = format!("{SHAPES}{layers}");
     let (groups, remarks) = split(step.as_bytes(), &patterns);

@@ -59,8 +59,8 @@ fn records_have_arguments() {
             found.push((number, keyword.to_vec(), arguments));
         }
     });
-    let expected: [(u64, &[u8], Vec<Vec<u64>>); 4] = [
-        (1, b"A", vec![vec![], vec![2, 3], vec![4]]),
+    let expected = [
+        (1, &b"A"[..], vec![vec![], vec![2, 3], vec![4]]),
         (5, b"A", vec![vec![6], vec![]]),
         (5, b"B", vec![vec![]]),
         (5, b"C", vec![vec![7], vec![8]]),
