@@ -50,16 +50,26 @@ pub(crate) struct ProtectiveField {
 impl FieldFile {
     pub(super) fn check(self, at: &Place, sources: &Sources) -> Result<ProtectiveField> {
         let height_m = length(at, "height_m", self.height_m)?;
-        let inline = self.polygon_m.map(CornerSource::Inline);
-        let table = self.polygon.map(|path| CornerSource::Table(at.folder().join(path)));
-        let polygon_m = match only_one(at, "polygon", vec![("polygon_m", inline), ("polygon", table)])? {
-            CornerSource::Inline(corners) => inline_corners(at, corners)?,
-            CornerSource::Table(path) => {
-                table_corners(&path, sources).map_err(|e| at.wrap(e.with_place("polygon")))?
-            }
-        };
+        let polygon_m = polygon_m(at, self.polygon_m, self.polygon, sources)?;
         let volume = Prism { polygon_m, z_m: [0.0, height_m] };
         Ok(ProtectiveField { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })
+    }
+}
+
+/// The corners of a field, written in the study or in a table.
+pub(super) fn polygon_m(
+    at: &Place,
+    inline: Option<Vec<[f64; 2]>>,
+    table: Option<PathBuf>,
+    sources: &Sources,
+) -> Result<Vec<DVec2>> {
+    let inline = inline.map(CornerSource::Inline);
+    let table = table.map(|path| CornerSource::Table(at.folder().join(path)));
+    match only_one(at, "polygon", vec![("polygon_m", inline), ("polygon", table)])? {
+        CornerSource::Inline(corners) => inline_corners(at, corners),
+        CornerSource::Table(path) => {
+            table_corners(&path, sources).map_err(|e| at.wrap(e.with_place("polygon")))
+        }
     }
 }
 
