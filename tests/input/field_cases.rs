@@ -105,7 +105,7 @@ fn swept(folder: &Folder, backend: &[&str]) -> HashMap<(String, usize), Vec<Row>
     assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
     let mut all: HashMap<_, Vec<Row>> = HashMap::new();
     for row in rows(&out.join("results.csv")) {
-        let key = (row["representations"].clone(), row["snapshot"].parse().unwrap());
+        let key = (row["representation"].clone(), row["snapshot"].parse().unwrap());
         all.entry(key).or_default().push(row);
     }
     fs::remove_dir_all(out).unwrap();
@@ -157,7 +157,7 @@ fn cases_that_cannot_be_are_refused() {
     let carried = "on = { object = \"vehicle\", link = \"base\" }\n";
     let cases: &[(&[Edit], &[&str])] = &[
         (&[("study.toml", turn, "name = \"turn\"")], &[place, "\"turn\"", "has no condition: write at ="]),
-        (&[("study.toml", turn, "name = \"fast\"\nat = [4]")], &["2 field cases are named \"fast\""]),
+        (&[("study.toml", turn, "name = \"fast\"\nat = [4]")], &["two field cases are named \"fast\""]),
         (&[("study.toml", turn, "at = [4]")], &["missing field `name`"]),
         (
             &[("study.toml", "at = [4]", "at = [4, 6]")],
