@@ -246,3 +246,101 @@ fn cases_that_never_count_are_warned_of() {
     let scenes = said(&[("study.toml", "at = [4]", "scenes = [\"cell\"]\nat = [4]")]);
     assert!(!scenes.contains("field case"), "{scenes}");
 }
+
+/// A PSENscan's configuration of two zone sets for two ranges of speed: a sector ahead to the right, and two sectors.
+fn configuration() -> String {
+    let reach = |set: usize, azimuth_deg: f64| match set {
+        0 if (-60.0..=0.0).contains(&azimuth_deg) => 1200_u16,
+        1 if (-20.0..=10.0).contains(&azimuth_deg) || (80.0..=90.0).contains(&azimuth_deg) => 2003,
+        _ => 0,
+    };
+    let set = |set: usize| {
+        // From the left to the right.
+        let values = (0..550).map(|value| reach(set, 137.5 - 0.5 * f64::from(value)).swap_bytes());
+        let ro: String = values.map(|value| format!("{value:04X}")).collect();
+        format!("<zoneSetInfo><zoneSetDetail><type>roOSSD1</type><ro>{ro}</ro></zoneSetDetail></zoneSetInfo>")
+    };
+    let selector = |[low, high]: [i32; 2]| {
+        let range = format!("<minSpeed>{low}</minSpeed><maxSpeed>{high}</maxSpeed>");
+        format!("<zoneSetSelector><zoneSetSpeedRange>{range}</zoneSetSpeedRange></zoneSetSelector>")
+    };
+    format!(
+        "<?xml version=\"1.0\" encoding=\"utf-16\"?>\n<MIB xmlns=\"http://tempuri.org/Mib.xsd\"><clusterDescr>\
+         <zoneSetConfiguration><zoneSetSelCode>{}{}</zoneSetSelCode><encEnable>true</encEnable></zoneSetConfiguration>\
+         </clusterDescr><scannerDescr><zoneSetDefinition>{}{}</zoneSetDefinition></scannerDescr></MIB>",
+        selector([-10, 49]),
+        selector([50, 200]),
+        set(0),
+        set(1),
+    )
+}
+
+/// The same polygons, written out from the right to the left.
+fn sectors() -> [String; 2] {
+    let arc = |from: i32, to: i32, reach_m: f64| {
+        (2 * from..=2 * to).map(move |half| {
+            let (sin, cos) = (f64::from(half) / 2.0).to_radians().sin_cos();
+            format!("[{}, {}]", cos * reach_m, sin * reach_m)
+        })
+    };
+    let origin = || std::iter::once("[0, 0]".to_string());
+    let first: Vec<String> = arc(-60, 0, 1.2).chain(origin()).collect();
+    let between = (21..160).map(|half| {
+        let (sin, cos) = (f64::from(half) / 2.0).to_radians().sin_cos();
+        format!("[{}, {}]", cos * 0.02, sin * 0.02)
+    });
+    let second: Vec<String> =
+        arc(-20, 10, 2.003).chain(between).chain(arc(80, 90, 2.003)).chain(origin()).collect();
+    [first, second].map(|corners| format!("polygon_m = [{}]", corners.join(", ")))
+}
+
+fn two_fields([usual, fast]: &[String; 2], range: &str) -> String {
+    let case = format!("[[sensor.field_cases]]\nname = \"fast\"\nspeed_m_s = {range}\n{fast}");
+    format!("{}\n{case}", field(usual))
+}
+
+#[test]
+fn zones_of_a_configuration_are_fields() {
+    let zones = [
+        "psenscan = { file = \"scanner.xml\", zone_set = 1 }",
+        "psenscan = { file = \"scanner.xml\", zone_set = 2, zone = \"roOSSD1\" }",
+    ]
+    .map(String::from);
+    let cpu = ["--backend", "cpu"];
+    let expected = swept(&folder(&two_fields(&sectors(), "[0.5, 2]")), &cpu);
+    let utf16: Vec<u8> =
+        format!("\u{feff}{}", configuration()).encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for bytes in [configuration().into_bytes(), utf16] {
+        let folder = folder(&two_fields(&zones, "[0.5, 2]"));
+        folder.write("scanner.xml", bytes);
+        assert_eq!(swept(&folder, &cpu), expected);
+        let checked = perirobot(&["check", text(&folder.path("study.toml")), "--all"]);
+        let said = checked.stdout + &checked.stderr;
+        assert!(!said.contains("cm/s"), "{said}");
+    }
+    let with = |file: &str, zones: &[String; 2], range: &str| {
+        let folder = folder(&two_fields(zones, range));
+        folder.write("scanner.xml", file);
+        folder
+    };
+    let slower = with(&configuration(), &zones, "[0.3, 2]");
+    let checked = perirobot(&["check", text(&slower.path("study.toml")), "--all"]);
+    let said = checked.stdout + &checked.stderr;
+    let warning =
+        "field_cases \"fast\": speed_m_s = [0.3, 2], but its file has this zone set for 50 to 200 cm/s";
+    assert!(said.contains(warning), "{said}");
+    let third = [zones[0].clone(), zones[1].replace("zone_set = 2", "zone_set = 3")];
+    let place = "study.toml: sensor \"scanner\".field_cases \"fast\".psenscan: ";
+    refused(
+        &with(&configuration(), &third, "[0.5, 2]"),
+        &[],
+        &[place, "scanner.xml: has no zone set 3: there are 2"],
+    );
+    refused(&with("x_m,y_m\n0,0\n", &zones, "[0.5, 2]"), &[], &["scanner.xml", "is no XML"]);
+    let empty = configuration().replace("B004", "0000");
+    refused(
+        &with(&empty, &zones, "[0.5, 2]"),
+        &[],
+        &["zone set 1 has an empty zone \"roOSSD1\": choose another"],
+    );
+}

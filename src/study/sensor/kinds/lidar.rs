@@ -6,6 +6,7 @@ mod cases;
 mod corners;
 mod field;
 mod ring;
+mod zone;
 
 use std::sync::Arc;
 
@@ -119,7 +120,8 @@ impl KindFile for LidarFile {
         keys: "`fov_deg` (`[around the spin axis, across the rings]`; or `fov_deg?` around it alone, 360, with \
         `elevation_deg` or `rings_deg`), `resolution_deg` (the step) or `beams` and `rings` (numbers), \
         `range_m`, `mount?` (upright), `representations?`, `field = { polygon_m, height_m, otherwise? }?` \
-        (free; `polygon` names a CSV with columns x_m, y_m instead of `polygon_m`); `[[sensor.field_cases]]`: \
+        (free; instead of `polygon_m`, `polygon` names a CSV with columns x_m, y_m, and `psenscan` a zone of a \
+        PSENscan: `file`, `zone_set`, `zone?`, `scanner?`); `[[sensor.field_cases]]`: \
         `name`, `at?`, `scenes?`, `speed_m_s?`, `of?` (what carries it), and the keys of `field`, which has the \
         defaults of `height_m?` and `otherwise?`",
         evidence: &[
@@ -138,7 +140,7 @@ impl KindFile for LidarFile {
     }
 
     fn check(self, at: &Place, context: &Context) -> Result<Checked> {
-        let warnings = left_out(&self);
+        let mut warnings = left_out(&self);
         if let Some(OneOrTwo { horizontal, vertical }) = self.resolution_deg {
             for angle in [Some(horizontal), vertical].into_iter().flatten() {
                 at.number("resolution_deg", angle, 1e-3..=360.0, "angles from 0.001 to 360")?;
@@ -182,7 +184,7 @@ impl KindFile for LidarFile {
         let scored = self.representations.unwrap_or_else(|| vec![usual]);
         each_once(at, &scored, "representations = [\"points\"]")?;
         let field = self.field.map(|field| field.check(&at.key("field"), context.sources)).transpose()?;
-        let field = cases::check(at, field, self.field_cases, context)?;
+        let field = cases::check(at, field, self.field_cases, context, &mut warnings)?;
         let scores_field = scored.contains(&Representation::Field);
         if scores_field && field.is_none() {
             return Err(

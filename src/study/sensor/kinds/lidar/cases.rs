@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use super::field::{ProtectiveField, polygon_m};
+use super::field::{Outline, ProtectiveField, outline};
+use super::zone::{ZoneFile, speed_warning};
 use crate::diagnostics::Place;
 use crate::keys::exactly_if_given;
 use crate::sensor::Station;
@@ -39,6 +40,8 @@ pub(super) struct FieldCaseFile {
     polygon_m: Option<Vec<[f64; 2]>>,
     /// Instead of polygon_m: a table of corners, as in `field`.
     polygon: Option<PathBuf>,
+    /// Instead of polygon_m: a zone of a PSENscan by Pilz, as in `field`.
+    psenscan: Option<ZoneFile>,
     /// Height of the volume above it, in metres. Default that of `field`.
     height_m: Option<f64>,
     /// What it says about its volume without returns. Default as `field`.
@@ -122,6 +125,7 @@ pub(super) fn check(
     usual: Option<ProtectiveField>,
     files: Vec<FieldCaseFile>,
     context: &Context,
+    warnings: &mut Vec<String>,
 ) -> Result<Option<FieldSet>> {
     let Some(usual) = usual else {
         return match files.is_empty() {
@@ -132,17 +136,27 @@ pub(super) fn check(
         };
     };
     at.unique("field case", files.iter().map(|file| file.name.as_str()))?;
-    let cases = files.into_iter().map(|file| file.check(at, &usual, context)).collect::<Result<_>>()?;
+    let cases =
+        files.into_iter().map(|file| file.check(at, &usual, context, warnings)).collect::<Result<_>>()?;
     Ok(Some(FieldSet { cases, usual }))
 }
 
 impl FieldCaseFile {
-    fn check(self, at: &Place, usual: &ProtectiveField, context: &Context) -> Result<FieldCase> {
+    fn check(
+        self,
+        at: &Place,
+        usual: &ProtectiveField,
+        context: &Context,
+        warnings: &mut Vec<String>,
+    ) -> Result<FieldCase> {
         let at = &at.key(&format!("field_cases {:?}", self.name));
         let when = self.rule(at, context)?;
         let height_m = self.height_m.map(|height_m| length(at, "height_m", height_m)).transpose()?;
         let z_m = [0.0, height_m.unwrap_or(usual.volume.z_m[1])];
-        let polygon_m = polygon_m(at, self.polygon_m, self.polygon, context.sources)?;
+        let Outline { polygon_m, speeds_cm_s } =
+            outline(at, self.polygon_m, self.polygon, self.psenscan, context.sources)?;
+        let warning = self.speed_m_s.zip(speeds_cm_s).and_then(|(ours, theirs)| speed_warning(ours, theirs));
+        warnings.extend(warning.map(|warning| format!("field_cases {:?}: {warning}", self.name)));
         let otherwise_free =
             self.otherwise.map_or(usual.otherwise_free, |silence| silence != Silence::Unknown);
         let field = ProtectiveField { volume: Prism { polygon_m, z_m }, otherwise_free };
