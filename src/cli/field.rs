@@ -27,6 +27,10 @@ pub(super) struct Args {
     /// Its pose, group/candidate, as `perirobot check` lists it [default: its only one]
     #[arg(long, value_name = "POSE")]
     pose: Option<String>,
+    /// Draw the field of this case of its field_cases, at the moments at which it counts [default: the field that counts
+    /// when no case applies]
+    #[arg(long, value_name = "NAME")]
+    case: Option<String>,
     /// Distance between the end of the field and the environment, in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.1, conflicts_with = "reference")]
     margin: f64,
@@ -78,7 +82,11 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if !rule.is_reference {
         let named = out.strip_prefix(args.study.folder()).unwrap_or(&out).display().to_string();
         let height_m = contour.height_m;
-        super::print(&format!("in the study: field = {{ polygon = {named:?}, height_m = {height_m} }}\n"))?;
+        let words = match &rule.case {
+            None => format!("in the study: field = {{ polygon = {named:?}, height_m = {height_m} }}\n"),
+            Some(case) => format!("in the study, in field_cases {case:?}: polygon = {named:?}\n"),
+        };
+        super::print(&words)?;
     }
     let words = ["perirobot", "check"].map(String::from);
     super::print_next(&[words.as_slice(), &args.study.words()].concat())?;
@@ -88,8 +96,13 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
 /// The contour in words.
 fn describe(contour: &Contour, rule: &ContourRule, title: &str, moments: usize) -> String {
     let what = if rule.is_reference { "reference contour" } else { "field" };
-    let over = if moments == 1 { String::new() } else { format!(" over {moments} moments") };
-    let mut text = format!("{what} of {title}{over}: {:.2} m²\n", contour.area_m2());
+    let case = rule.case.as_ref().map_or(String::new(), |case| format!(", case {case:?},"));
+    let over = match contour.moments {
+        _ if moments == 1 => String::new(),
+        all if all == moments => format!(" over {moments} moments"),
+        some => format!(" over {some} of {moments} moments"),
+    };
+    let mut text = format!("{what} of {title}{case}{over}: {:.2} m²\n", contour.area_m2());
     let ray = |ray: &ContourRay| {
         let ended = ray.limit.as_ref().map_or("by range".into(), |name| format!("by {name:?}"));
         format!("{:.3} m at {:.1}°, limited {ended}\n", ray.reach_m, ray.azimuth_deg + 0.0)
@@ -114,12 +127,16 @@ impl Args {
         if let Some(wrong) = self.at_most.filter(|most| !(0.05..=1000.0).contains(most)) {
             return Err(Issue::says(format!("--at-most {wrong}: must be from 0.05 to 1000 metres")).into());
         }
-        Ok(ContourRule { margin_m: self.margin, at_most_m: self.at_most, is_reference: self.reference })
+        let case = self.case.clone();
+        Ok(ContourRule { margin_m: self.margin, at_most_m: self.at_most, is_reference: self.reference, case })
     }
 
     fn usual_out(&self) -> PathBuf {
-        let ending = if self.reference { "-reference.csv" } else { "-field.csv" };
-        let name = self.study.usual_out(ending);
+        let ending = if self.reference { "reference.csv" } else { "field.csv" };
+        let plain = |c: char| if c.is_alphanumeric() { c } else { '-' };
+        let case: String =
+            self.case.iter().flat_map(|case| "-".chars().chain(case.chars().map(plain))).collect();
+        let name = self.study.usual_out(&format!("{case}-{ending}"));
         self.study.folder().join(name.file_name().map(Path::new).unwrap_or(&name))
     }
 

@@ -8,7 +8,7 @@ use perirobot_march::{Error, Result};
 #[cfg(feature = "report")]
 use perirobot_scene::source::Sources;
 use perirobot_study::input::{Overrides, Study};
-use perirobot_study::world::World;
+use perirobot_study::world::{World, case_warnings};
 use perirobot_sweep::results::files::MANIFEST;
 
 use super::packages::PackageArgs;
@@ -50,6 +50,10 @@ impl StudyArgs {
                 Ok(snapshots) => worlds.extend(snapshots),
                 Err(all) => problems.extend(all),
             }
+        }
+        if problems.is_empty() && !worlds.is_empty() {
+            let warnings = case_warnings(&study, &worlds);
+            worlds[0].warnings.extend(warnings);
         }
         Ok((study, worlds, problems))
     }

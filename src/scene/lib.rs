@@ -4,6 +4,7 @@
 
 pub mod objects;
 pub mod pose;
+pub mod psenscan;
 pub mod recording;
 pub mod ros;
 pub mod shell;

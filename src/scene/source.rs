@@ -114,6 +114,15 @@ impl Sources {
         utf8(path, self.read(path, MOST_BYTES_OF_TEXT)?)
     }
 
+    /// XML that a program writes, of at most 64 MiB: in UTF-8 or UTF-16, whatever its declaration says.
+    ///
+    /// # Errors
+    /// As [`Sources::text`], and when it is in neither.
+    pub fn xml(&self, path: &Path) -> Result<String> {
+        let bytes = self.read(path, MOST_BYTES_OF_TEXT)?;
+        text::utf8_or_utf16(bytes).map_err(|issue| issue.with_place(path).into())
+    }
+
     /// A table that a program writes, of at most 1 GiB.
     ///
     /// # Errors

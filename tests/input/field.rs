@@ -248,6 +248,41 @@ fn what_moves_takes_the_least_of_all_moments() {
     assert!(printed.contains("over 2 moments"), "{printed}");
 }
 
+/// The pillar is elsewhere in each snapshot: of a case only its own counts.
+#[test]
+fn the_field_of_a_case_is_drawn_at_its_moments() {
+    let with = |places: &str, cases: &str| {
+        let folder = cell();
+        folder.edit("cell.toml", "position_m = [0.9, 0.3, 0.9]", places);
+        folder.edit("study.toml", "# field", cases);
+        folder
+    };
+    let [here, there] = ["[0.9, 0.3, 0.9]", "[-0.3, -0.9, 0.9]"];
+    let alone = |place: &str| drawn(&with(&format!("position_m = {place}"), "# field"), &[]).0;
+    let square = "polygon_m = [[0, -0.2], [0.4, -0.2], [0.4, 0.2], [0, 0.2]]";
+    let cases = format!(
+        "field = {{ {square}, height_m = 2 }}\n[[sensor.field_cases]]\nname = \"aside\"\nat = [1]\n{square}\n\
+         [[sensor.field_cases]]\nname = \"both\"\nat = [1]\n{square}"
+    );
+    let folder = with(&format!("snapshots = {{ position_m = [{here}, {there}, {here}] }}"), &cases);
+    let (usual, printed) = drawn(&folder, &[]);
+    assert_eq!(usual, alone(here));
+    assert!(printed.contains("field of scanner:floor/post over 2 of 3 moments"), "{printed}");
+    let (aside, printed) = drawn(&folder, &["--case", "aside"]);
+    assert_eq!(aside, alone(there));
+    assert!(usual != aside);
+    for line in [
+        "field of scanner:floor/post, case \"aside\", over 1 of 3 moments",
+        "in the study, in field_cases \"aside\": polygon = \"fields/field.csv\"",
+    ] {
+        assert!(printed.contains(line), "{printed}");
+    }
+    refused(&folder, &["field", "--case", "both"], &["its field case \"both\" counts at no moment"]);
+    let unknown = "has no field case \"beside\": expected one of [\"aside\", \"both\"]";
+    refused(&folder, &["field", "--case", "beside"], &[unknown]);
+    refused(&cell(), &["field", "--case", "aside"], &["it has one field: write [[sensor.field_cases]]"]);
+}
+
 /// Of a field or a table that is wrong.
 #[track_caller]
 fn refused(folder: &Folder, command: &[&str], expected: &[&str]) {

@@ -14,6 +14,7 @@ mod carried;
 mod check;
 mod corpus;
 mod field;
+mod field_cases;
 mod first_hour;
 mod generated_meshes;
 mod joint_limits;

@@ -26,7 +26,7 @@ pub mod mesh_file;
 mod moving;
 mod parts;
 pub mod polygon;
-mod xml;
+pub(crate) mod xml;
 
 use crate::pose::Pose;
 use std::sync::Arc;

@@ -13,12 +13,12 @@ use perirobot_march::error::Issue;
 const MOST_ATTRIBUTES: usize = 256;
 
 /// The children of a node that have this name.
-pub(super) fn children<'a, 'i>(node: Node<'a, 'i>, name: &str) -> impl Iterator<Item = Node<'a, 'i>> {
+pub(crate) fn children<'a, 'i>(node: Node<'a, 'i>, name: &str) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(move |child| child.has_tag_name(name))
 }
 
 /// A text that was scanned. Its lines are those of the file.
-pub(super) struct Xml(String);
+pub(crate) struct Xml(String);
 
 /// The constructs that are left out, by how they begin and end.
 const LEFT_OUT: [[&str; 2]; 2] = [["<!--", "-->"], ["<?", "?>"]];
@@ -30,7 +30,7 @@ impl Xml {
     ///
     /// # Errors
     /// When an element has too many attributes.
-    pub(super) fn scan(text: &str) -> Result<Xml, Issue> {
+    pub(crate) fn scan(text: &str) -> Result<Xml, Issue> {
         let mut plain = String::with_capacity(text.len());
         let mut prefix = None;
         let mut rest = text;
@@ -75,7 +75,7 @@ impl Xml {
     ///
     /// # Errors
     /// When the text is no XML.
-    pub(super) fn document(&self) -> Result<Document<'_>, Issue> {
+    pub(crate) fn document(&self) -> Result<Document<'_>, Issue> {
         if self.0.trim().is_empty() {
             return Err(Issue::damaged("is empty").with_advice("export it again"));
         }

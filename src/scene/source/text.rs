@@ -34,6 +34,25 @@ pub(super) fn utf8(bytes: Vec<u8>) -> Result<String, Issue> {
     })
 }
 
+/// The text of an XML file in UTF-8, or in UTF-16 by its mark or by the zero beside its first `<`.
+///
+/// # Errors
+/// When it is in neither.
+pub(super) fn utf8_or_utf16(bytes: Vec<u8>) -> Result<String, Issue> {
+    let (unit, begin): (fn([u8; 2]) -> u16, usize) = match *bytes {
+        [0xff, 0xfe, 0, 0, ..] => return utf8(bytes),
+        [0xff, 0xfe, ..] => (u16::from_le_bytes, 2),
+        [0xfe, 0xff, ..] => (u16::from_be_bytes, 2),
+        [b'<', 0, ..] => (u16::from_le_bytes, 0),
+        [0, b'<', ..] => (u16::from_be_bytes, 0),
+        _ => return utf8(bytes),
+    };
+    let (units, rest) = bytes[begin..].as_chunks::<2>();
+    let units: Vec<u16> = units.iter().copied().map(unit).collect();
+    let text = String::from_utf16(&units).ok().filter(|_| rest.is_empty());
+    text.ok_or_else(|| Issue::damaged("is not UTF-16 text all through").with_advice("export it again"))
+}
+
 /// The lines of a text, as Windows, Unix or an old Macintosh ends them.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
     text.split(if text.contains('\n') { '\n' } else { '\r' })
@@ -54,6 +73,37 @@ fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn xml_may_be_utf16() {
+        let text = "<MIB>Gehäuse 𝄞</MIB>";
+        let wide = |text: &str, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            text.encode_utf16().flat_map(bytes).collect()
+        };
+        let marked = format!("\u{feff}{text}");
+        for bytes in [
+            text.as_bytes().to_vec(),
+            marked.as_bytes().to_vec(),
+            wide(text, u16::to_le_bytes),
+            wide(text, u16::to_be_bytes),
+            wide(&marked, u16::to_le_bytes),
+            wide(&marked, u16::to_be_bytes),
+        ] {
+            assert_eq!(utf8_or_utf16(bytes).unwrap(), text);
+        }
+        let mut cut = wide(&marked, u16::to_le_bytes);
+        cut.pop();
+        let lone = [0xff, 0xfe, 0x00, 0xd8, b'a', 0].to_vec();
+        for (bytes, expected) in [
+            (cut, "is not UTF-16 text all through"),
+            (lone, "is not UTF-16 text all through"),
+            (b"\xff\xfe\0\0<\0\0\0".to_vec(), "is UTF-32 text"),
+            (b"<a>\xe4</a>".to_vec(), "is not UTF-8 text: line 1"),
+        ] {
+            let said = utf8_or_utf16(bytes).unwrap_err().to_string();
+            assert!(said.starts_with(expected), "{said}");
+        }
+    }
 
     #[test]
     fn encodings_are_told_by_their_first_bytes() {

@@ -37,6 +37,15 @@ pub struct Truth {
     pub objects: Vec<Arc<ObjectVoxels>>,
 }
 
+impl Truth {
+    /// How fast the fastest part of an object moves, in millimetres a second; `None` where that is unknown, or the object is
+    /// not there.
+    pub fn speed_mm_s(&self, object: &str) -> Option<u32> {
+        let speeds = self.objects.iter().zip(&self.radar.speeds_mm_s);
+        speeds.filter(|(part, _)| part.is_part_of(object)).filter_map(|(_, speed)| *speed).max()
+    }
+}
+
 /// What a radar meets in a scene.
 #[derive(Clone, Debug)]
 pub struct RadarTruth {

@@ -22,8 +22,14 @@ pub trait Scanner: Debug {
     /// If it has no level ring, or is tilted.
     fn clear_rays(&self, at: &Station, height_m: f64) -> Result<Vec<RingRay>, Issue>;
 
-    /// The height of its field, in metres, if it has one.
-    fn field_height_m(&self) -> Option<f64>;
+    /// The height of its usual field or of that of a case, in metres, if it has one.
+    fn field_height_m(&self, case: Option<usize>) -> Option<f64>;
+
+    /// The names of the cases in which it guards other fields than the usual one.
+    fn cases(&self) -> Vec<&str>;
+
+    /// The cases that apply at a station's moment: the first is the one that counts, none leaves the usual field.
+    fn applying_cases(&self, at: &Station) -> Vec<usize>;
 
     /// The same scanner with this field alone.
     fn guard(&self, polygon_m: Vec<DVec2>, height_m: f64) -> Arc<dyn Kind>;

@@ -278,9 +278,14 @@ pub trait Kind: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// The ground below the field that it guards with its rays, as corners in world metres; empty for none.
+    /// The ground below the field that it usually guards with its rays, as corners in world metres; empty for none.
     fn guarded_m(&self, _: &Pose) -> Vec<DVec3> {
         Vec::new()
+    }
+
+    /// The same of the field that it guards at a station's moment.
+    fn guarded_now_m(&self, at: &Station) -> Vec<DVec3> {
+        self.guarded_m(&at.pose())
     }
 
     /// How far its own housing reaches, in metres: blockers nearer than that let its rays pass.

@@ -19,7 +19,7 @@ use perirobot_scene::objects::Role;
 const USUAL_HEIGHT_M: f64 = 2.0;
 
 /// How a contour is drawn.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ContourRule {
     /// How far a ray ends before what it meets, in metres.
     pub margin_m: f64,
@@ -27,6 +27,8 @@ pub struct ContourRule {
     pub at_most_m: Option<f64>,
     /// Whether it is what the scanner measures of the environment, as it is, instead of a field that this does not trip.
     pub is_reference: bool,
+    /// The case of its fields at whose moments it is drawn; without one those at which no case applies.
+    pub case: Option<String>,
 }
 
 /// A polygon in the frame of a scanner.
@@ -44,6 +46,8 @@ pub struct Contour {
     pub every: usize,
     /// The height of the field for which it was tested, in metres.
     pub height_m: f64,
+    /// At how many moments it was drawn.
+    pub moments: usize,
 }
 
 /// A ray of a contour.
@@ -66,10 +70,11 @@ struct Reach {
 }
 
 impl Contour {
-    /// The contour of a sensor at a candidate over all moments of all scenes.
+    /// The contour of a sensor at a candidate over all moments of all scenes at which a case of its fields counts, or none.
     ///
     /// # Errors
-    /// If the sensor is not a scanner with a level ring, if it is tilted, or if no field remains.
+    /// If the sensor is not a scanner with a level ring, if it is tilted, if there are no such moments, or if no field
+    /// remains.
     pub fn new(study: &Study, worlds: &[World], at: [usize; 2], rule: &ContourRule) -> Result<Contour> {
         let [sensor, candidate] = at;
         let spec = &study.sensors[sensor];
@@ -80,16 +85,32 @@ impl Contour {
             let what = format!("is of kind {:?}, which has no field", spec.kind.name());
             return Err(place(Issue::says(what).with_advice("name a sensor of kind \"lidar\"")).into());
         };
-        Contour::draw(scanner, worlds, at, rule).map_err(|issue| place(issue).into())
+        let case = rule.case.as_deref().map(|name| find_case(scanner, name)).transpose().map_err(place)?;
+        let counts = |world: &&World| {
+            scanner.applying_cases(&exact_station(world, &world.truth(), at)).first().copied() == case
+        };
+        let worlds: Vec<&World> = worlds.iter().filter(counts).collect();
+        if worlds.is_empty() {
+            let issue = match &rule.case {
+                Some(name) => {
+                    Issue::says(format!("its field case {name:?} counts at no moment of the scenes"))
+                        .with_advice("correct at, scenes and speed_m_s of the case and of those before it")
+                }
+                None => Issue::says("at each moment one of its field cases counts")
+                    .with_advice(format!("choose one of {:?}", scanner.cases())),
+            };
+            return Err(place(issue).into());
+        }
+        Contour::draw(scanner, &worlds, (at, case), rule).map_err(|issue| place(issue).into())
     }
 
     fn draw(
         scanner: &dyn Scanner,
-        worlds: &[World],
-        at: [usize; 2],
+        worlds: &[&World],
+        (at, case): ([usize; 2], Option<usize>),
         rule: &ContourRule,
     ) -> Result<Contour, Issue> {
-        let height_m = scanner.field_height_m().unwrap_or(USUAL_HEIGHT_M);
+        let height_m = scanner.field_height_m(case).unwrap_or(USUAL_HEIGHT_M);
         let (azimuths_rad, mut reaches) = reaches(scanner, worlds, at, rule, height_m)?;
         let every = thinning(azimuths_rad.len());
         let azimuths_rad = thin(&azimuths_rad, every, |azimuths, kept| azimuths[kept]);
@@ -105,7 +126,7 @@ impl Contour {
         let ray = |number: usize| ContourRay {
             azimuth_deg: azimuths_rad[number].to_degrees(),
             reach_m: reaches[number].metres,
-            limit: reaches[number].limit.map(|(world, hit)| name_of(&worlds[world], hit)),
+            limit: reaches[number].limit.map(|(world, hit)| name_of(worlds[world], hit)),
         };
         let by_length = |a: &usize, b: &usize| reaches[*a].metres.total_cmp(&reaches[*b].metres);
         let numbers = 0..reaches.len();
@@ -118,6 +139,7 @@ impl Contour {
             shortened,
             every,
             height_m,
+            moments: worlds.len(),
         })
     }
 
@@ -136,10 +158,20 @@ impl Contour {
     }
 }
 
+/// The number of a case by its name.
+fn find_case(scanner: &dyn Scanner, name: &str) -> Result<usize, Issue> {
+    let known = scanner.cases();
+    known.iter().position(|known| *known == name).ok_or_else(|| match known.is_empty() {
+        true => Issue::says(format!("has no field case {name:?}"))
+            .with_advice("it has one field: write [[sensor.field_cases]] for others"),
+        false => Issue::says(format!("has no field case {name:?}: expected one of {known:?}")),
+    })
+}
+
 /// How far the rays of the level ring go at all moments, by their azimuths.
 fn reaches(
     scanner: &dyn Scanner,
-    worlds: &[World],
+    worlds: &[&World],
     at: [usize; 2],
     rule: &ContourRule,
     height_m: f64,
@@ -198,7 +230,7 @@ fn metres(reaches: &[Reach]) -> Vec<f64> {
 /// Shortens rays by half a voxel until the environment does not trip their field at any moment; how many were shortened.
 fn shorten(
     scanner: &dyn Scanner,
-    worlds: &[World],
+    worlds: &[&World],
     at: [usize; 2],
     azimuths_rad: &[f64],
     reaches: &mut [Reach],

@@ -4,6 +4,7 @@
 mod baselines;
 mod bodies;
 mod carried;
+mod cases;
 mod contour;
 mod cut;
 mod dead;
@@ -34,6 +35,7 @@ use glam::DVec3;
 use crate::input::Study;
 use crate::sensor::{self, Setting, Station};
 pub use baselines::Baselines;
+pub use cases::case_warnings;
 pub use contour::{Contour, ContourRay, ContourRule};
 pub use cut::cut_warnings;
 pub use described::{Described, DescribedRegion};
@@ -109,7 +111,13 @@ impl World {
         scenes: Range<usize>,
         progress: &dyn Progress,
     ) -> Result<Vec<World>> {
-        prepare::all_worlds(study, scenes, progress).map_err(Error::first)
+        let is_whole = scenes == (0..study.scenes.len());
+        let mut worlds = prepare::all_worlds(study, scenes, progress).map_err(Error::first)?;
+        if is_whole && !worlds.is_empty() {
+            let warnings = case_warnings(study, &worlds);
+            worlds[0].warnings.extend(warnings);
+        }
+        Ok(worlds)
     }
 
     /// The diagonal of its grid, in metres.

@@ -146,7 +146,7 @@ fn extent(study: &Study, world: &World, choice: Option<Choice>) -> [DVec2; 2] {
     let mut corners = [[0; 3], grid.window().end()].map(|voxel| grid.corner_m(voxel)).to_vec();
     for (sensor, candidate) in choice.iter().flat_map(|choice| members(study, *choice)) {
         if let Setting::Pose(pose) = world.settings[sensor][candidate] {
-            corners.extend(grounds(study, sensor, &pose).into_iter().flatten());
+            corners.extend(grounds(study, world, [sensor, candidate], &pose).into_iter().flatten());
         }
     }
     let flat = corners.iter().map(|corner| corner.truncate());
@@ -155,10 +155,11 @@ fn extent(study: &Study, world: &World, choice: Option<Choice>) -> [DVec2; 2] {
 }
 
 /// The ground that a sensor feels, or guards with its rays, as corners.
-fn grounds(study: &Study, sensor: usize, pose: &Pose) -> Vec<Vec<DVec3>> {
+fn grounds(study: &Study, world: &World, [sensor, candidate]: [usize; 2], pose: &Pose) -> Vec<Vec<DVec3>> {
     let kind = &study.sensors[sensor].kind;
     let prisms = kind.prisms().into_iter().map(|prism| prism.footprint_m(pose));
-    prisms.chain([kind.guarded_m(pose)]).filter(|ground| !ground.is_empty()).collect()
+    let guarded = kind.guarded_now_m(&world.station(study, &world.truth(), [sensor, candidate, 0]));
+    prisms.chain([guarded]).filter(|ground| !ground.is_empty()).collect()
 }
 
 /// The sensors of a choice with their candidates, in the order of the letters.
@@ -265,7 +266,7 @@ impl Drawing<'_> {
             match setting {
                 Setting::Pose(pose) => {
                     let short = letter.unwrap_or_default();
-                    for ground in grounds(self.study, sensor, &pose) {
+                    for ground in grounds(self.study, self.world, [sensor, candidate], &pose) {
                         let ground: Vec<DVec2> = ground.into_iter().map(DVec3::truncate).collect();
                         self.area("pad", &ground, format!("guarded by {short}"));
                         self.explain("pad", "ground that a sensor guards");

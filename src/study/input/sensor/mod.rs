@@ -105,7 +105,7 @@ pub(super) fn check(at: &Place, mut keys: Table, context: &SensorContext) -> Res
     }
     let common: CommonFile = read(common).map_err(|e| vec![context.unreadable(at, &e, "")])?;
     let noise = noise_in(&keys);
-    let Checked { kind, mut warnings } = checked_kind(at, common.kind, keys, context).map_err(|e| vec![e])?;
+    let Checked { kind, mut warnings } = checked_kind(at, &common, keys, context).map_err(|e| vec![e])?;
     warnings.splice(0..0, contradictions);
     let terms = terms(at, &common).map_err(|e| vec![e])?;
     let emits = emits(at, common.emits, &*kind).map_err(|e| vec![e])?;
@@ -154,7 +154,7 @@ pub(super) fn check_device(at: &Place, mut keys: Table, context: &SensorContext)
         is_incomplete.set(matches!(e.kind, Unread::Missing(_)));
         context.unreadable(at, &e, "")
     };
-    match read_kind(at, common.kind, keys, context, &unreadable) {
+    match read_kind(at, &common, keys, context, &unreadable) {
         Err(_) if is_incomplete.get() => Ok(()),
         Err(problem) => Err(problem),
         Ok(Checked { kind, .. }) => {
@@ -195,7 +195,7 @@ fn emits(at: &Place, said: Option<String>, kind: &dyn Kind) -> Result<Option<Str
 }
 
 /// The sensor that the keys of its kind describe, with warnings.
-fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorContext) -> Result<Checked> {
+fn checked_kind(at: &Place, common: &CommonFile, keys: Table, context: &SensorContext) -> Result<Checked> {
     let mut warnings = odd_lengths(&keys);
     let unreadable = |e: Unreadable| {
         let more = match e.kind {
@@ -204,20 +204,22 @@ fn checked_kind(at: &Place, kind: &KindEntry, keys: Table, context: &SensorConte
         };
         context.unreadable(at, &e, &more)
     };
-    let checked = read_kind(at, kind, keys, context, &unreadable)?;
+    let checked = read_kind(at, common, keys, context, &unreadable)?;
     warnings.extend(checked.warnings);
     Ok(Checked { warnings, ..checked })
 }
 
 fn read_kind(
     at: &Place,
-    kind: &KindEntry,
+    common: &CommonFile,
     keys: Table,
     context: &SensorContext,
     unreadable: &dyn Fn(Unreadable) -> Error,
 ) -> Result<Checked> {
     let &SensorContext { noiseless, sources, scenes, has_all_scenes, .. } = context;
-    (kind.read)(at, keys, &kinds::Context { noiseless, sources, scenes, has_all_scenes }, unreadable)
+    let carrier = common.on.as_ref().map(|on| on.object.as_str());
+    let context = kinds::Context { noiseless, sources, scenes, has_all_scenes, carrier };
+    (common.kind.read)(at, keys, &context, unreadable)
 }
 
 /// Where candidates may come from besides the sensor's own poses.

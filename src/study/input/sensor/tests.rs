@@ -66,10 +66,10 @@ fn scanners() {
     has(&kind(LIDAR), &["mount: Upright", "points: true", "field: None"]);
     has(
         &kind(&format!("{LIDAR}\n{FIELD}")),
-        &["points: false", "field: Some(ProtectiveField", "otherwise_free: true"],
+        &["points: false", "field: Some(FieldSet { usual: ProtectiveField", "otherwise_free: true"],
     );
     let both = format!("{LIDAR}\n{FIELD}\nrepresentations = [\"field\", \"points\"]");
-    has(&kind(&both), &["points: true", "field: Some(ProtectiveField"]);
+    has(&kind(&both), &["points: true", "field: Some(FieldSet"]);
     let unsure = FIELD.replace("height_m = 1", "height_m = 1, otherwise = \"unknown\"");
     has(&kind(&format!("{LIDAR}\n{unsure}")), &["otherwise_free: false"]);
 }

@@ -2,9 +2,11 @@
 //! guards.
 
 mod angles;
+mod cases;
 mod corners;
 mod field;
 mod ring;
+mod zone;
 
 use std::sync::Arc;
 
@@ -13,6 +15,10 @@ use serde::Deserialize;
 use toml::Table;
 
 use self::angles::{azimuths, elevations, left_out};
+use self::cases::FieldCaseFile;
+use self::cases::FieldSet;
+#[cfg(test)]
+pub(crate) use self::cases::{CaseRule, FieldCase};
 use self::field::FieldFile;
 pub(crate) use self::field::{FARTHEST_M, MAX_CORNERS, ProtectiveField, bound_area};
 use self::ring::environment;
@@ -82,6 +88,9 @@ pub(crate) struct LidarFile {
     representations: Option<Vec<Representation>>,
     /// Makes it a switch: a return in this field makes the volume above it occupied.
     field: Option<FieldFile>,
+    /// Further fields to which it switches at some moments: the first whose conditions all hold counts, else `field`.
+    #[serde(default)]
+    field_cases: Vec<FieldCaseFile>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -111,7 +120,10 @@ impl KindFile for LidarFile {
         keys: "`fov_deg` (`[around the spin axis, across the rings]`; or `fov_deg?` around it alone, 360, with \
         `elevation_deg` or `rings_deg`), `resolution_deg` (the step) or `beams` and `rings` (numbers), \
         `range_m`, `mount?` (upright), `representations?`, `field = { polygon_m, height_m, otherwise? }?` \
-        (free; `polygon` names a CSV with columns x_m, y_m instead of `polygon_m`)",
+        (free; instead of `polygon_m`, `polygon` names a CSV with columns x_m, y_m, and `psenscan` a zone of a \
+        PSENscan: `file`, `zone_set`, `zone?`, `scanner?`); `[[sensor.field_cases]]`: \
+        `name`, `at?`, `scenes?`, `speed_m_s?`, `of?` (what carries it), and the keys of `field`, which has the \
+        defaults of `height_m?` and `otherwise?`",
         evidence: &[
             POINTS,
             EvidenceWords {
@@ -128,7 +140,7 @@ impl KindFile for LidarFile {
     }
 
     fn check(self, at: &Place, context: &Context) -> Result<Checked> {
-        let warnings = left_out(&self);
+        let mut warnings = left_out(&self);
         if let Some(OneOrTwo { horizontal, vertical }) = self.resolution_deg {
             for angle in [Some(horizontal), vertical].into_iter().flatten() {
                 at.number("resolution_deg", angle, 1e-3..=360.0, "angles from 0.001 to 360")?;
@@ -172,6 +184,7 @@ impl KindFile for LidarFile {
         let scored = self.representations.unwrap_or_else(|| vec![usual]);
         each_once(at, &scored, "representations = [\"points\"]")?;
         let field = self.field.map(|field| field.check(&at.key("field"), context.sources)).transpose()?;
+        let field = cases::check(at, field, self.field_cases, context, &mut warnings)?;
         let scores_field = scored.contains(&Representation::Field);
         if scores_field && field.is_none() {
             return Err(
@@ -208,8 +221,8 @@ pub(crate) struct Lidar {
     pub(crate) range: Range,
     /// Whether its points are scored.
     pub(crate) points: bool,
-    /// The field that it guards, if that is scored.
-    pub(crate) field: Option<ProtectiveField>,
+    /// The fields that it guards, if they are scored.
+    pub(crate) field: Option<FieldSet>,
 }
 
 impl Lidar {
@@ -232,8 +245,8 @@ impl Lidar {
         Pose::from_rotation(pose.position_m, self.frame(pose), RotationFrame::Link)
     }
 
-    /// Which field a representation is scored by; `None` for the points.
-    fn field(&self, representation: usize) -> Option<&ProtectiveField> {
+    /// Which fields a representation is scored by; `None` for the points.
+    fn field(&self, representation: usize) -> Option<&FieldSet> {
         if self.points && representation == 0 { None } else { self.field.as_ref() }
     }
 }
@@ -260,7 +273,12 @@ impl Kind for Lidar {
     }
 
     fn guarded_m(&self, pose: &Pose) -> Vec<DVec3> {
-        self.field.as_ref().map_or(Vec::new(), |field| field.volume.footprint_m(&self.scanner(pose)))
+        self.field.as_ref().map_or(Vec::new(), |fields| fields.usual.volume.footprint_m(&self.scanner(pose)))
+    }
+
+    fn guarded_now_m(&self, at: &Station) -> Vec<DVec3> {
+        let footprint = |fields: &FieldSet| fields.field(at).volume.footprint_m(&self.scanner(&at.pose()));
+        self.field.as_ref().map_or(Vec::new(), footprint)
     }
 
     fn field_of_view(&self) -> FieldOfView {
@@ -298,11 +316,16 @@ impl Kind for Lidar {
     }
 
     fn check(&self, at: &Station) -> Result<(), Issue> {
-        match self.field.as_ref().is_some_and(|field| field.voxels(self, at).is_empty()) {
-            true => Err(Issue::says("has a field without a voxel of the grid")
-                .with_advice("make its polygon_m or height_m larger")),
-            false => Ok(()),
-        }
+        let Some(fields) = self.field.as_ref().filter(|fields| fields.field(at).voxels(self, at).is_empty())
+        else {
+            return Ok(());
+        };
+        let empty = Issue::says("has a field without a voxel of the grid")
+            .with_advice("make its polygon_m or height_m larger");
+        Err(match fields.applying(at).next().and_then(|case| fields.names().nth(case)) {
+            Some(case) => empty.with_place(format!("field case {case:?}")),
+            None => empty,
+        })
     }
 
     fn feels_presence(&self, representation: usize) -> bool {
@@ -314,8 +337,8 @@ impl Kind for Lidar {
     }
 
     fn stuck_by(&self, at: &Station) -> BitGrid {
-        let Some(field) = &self.field else { return BitGrid::nowhere() };
-        let voxels = field.voxels(self, at);
+        let Some(fields) = &self.field else { return BitGrid::nowhere() };
+        let voxels = fields.field(at).voxels(self, at);
         let scale = RayScale::new(at.truth.grid.voxel_size_m, false);
         // The returns of the environment alone, without noise.
         let fixed = environment(at.truth);
@@ -337,7 +360,8 @@ impl Kind for Lidar {
 
     fn claims(&self, at: &Station) -> Vec<Claim> {
         let points = || Claim { cast: true, planes: None };
-        let guarded = |(field, rays): (&ProtectiveField, &Rays)| {
+        let guarded = |(fields, rays): (&FieldSet, &Rays)| {
+            let field = fields.field(at);
             let whole = field.voxels(self, at);
             let from = at.placement(self);
             let mut felt = BitGrid::new(at.truth.human.window());
@@ -357,8 +381,8 @@ impl Kind for Lidar {
     }
 
     fn watches(&self, representation: usize, at: &Station) -> Option<BitGrid> {
-        let (field, rays) = self.field(representation).zip(at.rays)?;
-        let field = field.voxels(self, at);
+        let (fields, rays) = self.field(representation).zip(at.rays)?;
+        let field = fields.field(at).voxels(self, at);
         let rays = watch::rays_that_notice(self, rays, at);
         Some(watch::ray_watch(&rays, &at.placement(self), &at.truth.blockers, Some(&field)))
     }
@@ -366,8 +390,8 @@ impl Kind for Lidar {
     fn reach(&self, at: &Station) -> Extent {
         match &self.field {
             None => Extent::Rays,
-            Some(field) if self.points => Extent::RaysAnd(field.voxels(self, at)),
-            Some(field) => Extent::Only(field.voxels(self, at)),
+            Some(fields) if self.points => Extent::RaysAnd(fields.field(at).voxels(self, at)),
+            Some(fields) => Extent::Only(fields.field(at).voxels(self, at)),
         }
     }
 }

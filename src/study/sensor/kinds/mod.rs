@@ -132,6 +132,8 @@ pub(crate) struct Context<'a> {
     /// The study's scenes that could be read, and whether those are all.
     pub(crate) scenes: &'a [SceneSpec],
     pub(crate) has_all_scenes: bool,
+    /// The robot that carries the sensor, if one does.
+    pub(crate) carrier: Option<&'a str>,
 }
 
 /// A checked sensor, and what its user may not expect.

@@ -2,7 +2,7 @@
 //! left.
 
 use super::*;
-use crate::sensor::kinds::lidar::{Lidar, LidarMount, ProtectiveField};
+use crate::sensor::kinds::lidar::{CaseRule, FieldCase, Lidar, LidarMount, ProtectiveField};
 use crate::sensor::noise::Deviation;
 use crate::sensor::prism::Prism;
 use crate::sensor::range::{Along, Range, ReflectanceRanges};
@@ -27,7 +27,7 @@ fn scanner(points: bool, otherwise_free: bool) -> Lidar {
             calibration: None,
         },
         points,
-        field: Some(ProtectiveField { volume: Prism { polygon_m, z_m: [0.0, 2.0] }, otherwise_free }),
+        field: Some(ProtectiveField { volume: Prism { polygon_m, z_m: [0.0, 2.0] }, otherwise_free }.into()),
     }
 }
 
@@ -158,4 +158,92 @@ fn a_field_holds_a_voxel() {
     };
     assert_eq!(check(10.4), Ok(()));
     assert!(check(10.6).unwrap_err().to_string().contains("polygon_m"));
+}
+
+/// The scanner with a wider field at snapshot 2, and another while `object 0` is at 0.5 m/s or faster.
+fn switching() -> Lidar {
+    let case = |name: &str, when: CaseRule, far: f64, otherwise_free: bool| {
+        let polygon_m = [[0.0, 0.0], [far, 0.0], [far, 2.0], [0.0, 2.0]].map(DVec2::from_array).to_vec();
+        let field = ProtectiveField { volume: Prism { polygon_m, z_m: [0.0, 1.0] }, otherwise_free };
+        FieldCase { name: name.into(), when, field }
+    };
+    let at = |snapshots: &[usize]| CaseRule { at: Some(snapshots.to_vec()), ..CaseRule::default() };
+    let fast = CaseRule { speed_mm_s: Some(("object 0".into(), [500, 2000])), ..CaseRule::default() };
+    let elsewhere = CaseRule { scenes: Some(vec![1]), ..at(&[0, 1]) };
+    let mut lidar = scanner(false, true);
+    let cases = [
+        case("turn", at(&[2]), 5.0, true),
+        case("fast", fast, 4.0, false),
+        case("elsewhere", elsewhere, 2.0, true),
+    ];
+    lidar.field.as_mut().unwrap().cases = cases.into();
+    lidar
+}
+
+/// The number of the columns of the field at a moment: 3 usually, 5 in a turn, 4 if fast, 2 in the other scene.
+#[test]
+fn the_first_case_that_applies_counts() {
+    let lidar = switching();
+    let mut truth = empty([11, 11, 5], 1.0);
+    put(&mut truth, Role::Environment, &[[10, 10, 4]], None);
+    let columns = |moment: [usize; 2], speed: Option<u32>| {
+        let mut truth = truth.clone();
+        truth.radar.speeds_mm_s = vec![speed];
+        let rays = lidar.rays(&RayScale::new(1.0, true));
+        let at = Station { rays: rays.as_ref(), moment, ..station(&truth, Setting::Pose(level(1.2))) };
+        let Extent::Only(reach) = lidar.reach(&at) else { panic!("its points are not scored") };
+        let said = match says(&lidar, 0, &at) {
+            Says::Free(said) => Some(said),
+            Says::Nothing => None,
+            Says::Occupied(_) => panic!("nothing is there"),
+        };
+        let reached: Vec<[i32; 3]> = reach.voxels().collect();
+        assert!(said.as_ref().is_none_or(|said| *said == reached), "it labels what it reaches");
+        let [low, high] = [reached[0][0], reached[reached.len() - 1][0]];
+        let watched = lidar.watches(0, &at).unwrap();
+        assert!(watched.get([high, 5, 1]) && !watched.get([high + 1, 5, 1]), "it watches its field");
+        let corners = lidar.guarded_now_m(&at);
+        assert_eq!(corners.iter().fold(0.0, |far: f64, corner| far.max(corner.x)), f64::from(high + 1));
+        (high - low + 1, said.is_some())
+    };
+    for (moment, speed, expected) in [
+        ([0, 0], None, (3, true)),
+        ([0, 0], Some(499), (3, true)),
+        ([0, 0], Some(500), (4, false)),
+        ([0, 1], Some(2000), (4, false)),
+        ([0, 1], Some(2001), (3, true)),
+        ([0, 2], None, (5, true)),
+        ([0, 2], Some(500), (5, true)),
+        ([1, 1], Some(499), (2, true)),
+        ([1, 1], Some(500), (4, false)),
+        ([1, 3], None, (3, true)),
+    ] {
+        assert_eq!(columns(moment, speed), expected, "{moment:?} {speed:?}");
+    }
+    assert_eq!(lidar.guarded_m(&level(1.2)).iter().map(|corner| corner.x).fold(0.0, f64::max), 8.0);
+}
+
+#[test]
+fn a_case_is_tripped_and_checked_at_its_moments() {
+    let lidar = switching();
+    let mut truth = empty([11, 11, 5], 1.0);
+    put(&mut truth, Role::Environment, &[[9, 5, 1]], None);
+    let at =
+        |snapshot: usize| Station { moment: [0, snapshot], ..station(&truth, Setting::Pose(level(1.2))) };
+    assert!(lidar.stuck_by(&at(1)).is_empty());
+    assert_eq!(lidar.stuck_by(&at(2)).voxels().collect::<Vec<_>>(), [[9, 5, 1]]);
+    let mut narrow = switching();
+    narrow.field.as_mut().unwrap().cases[0]
+        .field
+        .volume
+        .polygon_m
+        .iter_mut()
+        .for_each(|corner| corner.x *= 0.01);
+    assert_eq!(narrow.check(&at(1)), Ok(()));
+    let said = narrow.check(&at(2)).unwrap_err().to_string();
+    assert!(said.starts_with("field case \"turn\": has a field without a voxel"), "{said}");
+    // Points alone have no cases.
+    let both = Lidar { points: true, ..switching() };
+    let alone = |representation| format!("{:?}", both.only(representation).unwrap());
+    assert!(!alone(0).contains("FieldCase") && alone(1).contains("FieldCase"));
 }

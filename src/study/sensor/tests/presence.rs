@@ -81,7 +81,7 @@ fn a_field_feels_whom_its_returns_hit() {
         mount: LidarMount::Upright,
         range,
         points: true,
-        field: Some(field),
+        field: Some(field.into()),
     };
     assert!(!lidar.feels_presence(0), "points feel nobody");
     let felt = |human: &[[i32; 3]], environment: &[[i32; 3]]| {
@@ -144,10 +144,10 @@ fn in_random_cells_a_field_feels_whom_rays_hit_that_are_read_in_it() {
             mount: LidarMount::Upright,
             range: camera(&mut random).range,
             points: false,
-            field: Some(ProtectiveField {
-                volume: Prism::from_corners(corners[0], corners[1]),
-                otherwise_free: true,
-            }),
+            field: Some(
+                ProtectiveField { volume: Prism::from_corners(corners[0], corners[1]), otherwise_free: true }
+                    .into(),
+            ),
         };
         let rays = lidar.rays(&RayScale::new(VOXEL_M, case % 2 == 0)).unwrap();
         let (pose, truly) = stands(&mut random);

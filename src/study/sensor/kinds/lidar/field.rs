@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::Lidar;
 use super::corners::read_corners;
+use super::zone::ZoneFile;
 use crate::diagnostics::{Place, only_one};
 use crate::sensor::Station;
 use crate::sensor::kinds::shared::{Silence, length};
@@ -31,6 +32,8 @@ pub(super) struct FieldFile {
     polygon_m: Option<Vec<[f64; 2]>>,
     /// Instead of polygon_m: a table of corners with the columns x_m,y_m, as `perirobot field` writes it.
     polygon: Option<PathBuf>,
+    /// Instead of polygon_m: a zone of a PSENscan by Pilz.
+    psenscan: Option<ZoneFile>,
     /// Height of the volume above it, in metres.
     height_m: f64,
     /// What a field without returns says about its volume. Default "free".
@@ -50,17 +53,41 @@ pub(crate) struct ProtectiveField {
 impl FieldFile {
     pub(super) fn check(self, at: &Place, sources: &Sources) -> Result<ProtectiveField> {
         let height_m = length(at, "height_m", self.height_m)?;
-        let inline = self.polygon_m.map(CornerSource::Inline);
-        let table = self.polygon.map(|path| CornerSource::Table(at.folder().join(path)));
-        let polygon_m = match only_one(at, "polygon", vec![("polygon_m", inline), ("polygon", table)])? {
-            CornerSource::Inline(corners) => inline_corners(at, corners)?,
-            CornerSource::Table(path) => {
-                table_corners(&path, sources).map_err(|e| at.wrap(e.with_place("polygon")))?
-            }
-        };
+        let Outline { polygon_m, .. } = outline(at, self.polygon_m, self.polygon, self.psenscan, sources)?;
         let volume = Prism { polygon_m, z_m: [0.0, height_m] };
         Ok(ProtectiveField { volume, otherwise_free: self.otherwise != Some(Silence::Unknown) })
     }
+}
+
+/// The corners of a field, and the speeds for which it is, if its file says so.
+pub(super) struct Outline {
+    /// Its corners.
+    pub(super) polygon_m: Vec<DVec2>,
+    /// The lowest and highest speed in centimetres a second; backwards is negative.
+    pub(super) speeds_cm_s: Option<[i64; 2]>,
+}
+
+/// The corners of a field, written in the study, in a table or in the configuration of a scanner.
+pub(super) fn outline(
+    at: &Place,
+    inline: Option<Vec<[f64; 2]>>,
+    table: Option<PathBuf>,
+    zone: Option<ZoneFile>,
+    sources: &Sources,
+) -> Result<Outline> {
+    let choices = vec![
+        ("polygon_m", inline.map(CornerSource::Inline)),
+        ("polygon", table.map(|path| CornerSource::Table(at.folder().join(path)))),
+        ("psenscan", zone.map(CornerSource::Zone)),
+    ];
+    let polygon_m = match only_one(at, "polygon", choices)? {
+        CornerSource::Zone(zone) => return zone.outline(&at.key("psenscan"), sources),
+        CornerSource::Inline(corners) => inline_corners(at, corners)?,
+        CornerSource::Table(path) => {
+            table_corners(&path, sources).map_err(|e| at.wrap(e.with_place("polygon")))?
+        }
+    };
+    Ok(Outline { polygon_m, speeds_cm_s: None })
 }
 
 /// Where the corners of a field are written.
@@ -69,6 +96,8 @@ enum CornerSource {
     Inline(Vec<[f64; 2]>),
     /// In a table.
     Table(PathBuf),
+    /// In the configuration of a scanner.
+    Zone(ZoneFile),
 }
 
 fn inline_corners(at: &Place, corners: Vec<[f64; 2]>) -> Result<Vec<DVec2>> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::{Lidar, ProtectiveField};
+use super::{FieldSet, Lidar, ProtectiveField};
 use crate::sensor::contour::{RingRay, Scanner};
 use crate::sensor::look::{self, RayDirection};
 use crate::sensor::prism::Prism;
@@ -64,13 +64,21 @@ impl Scanner for Lidar {
         Ok(self.azimuths_rad.iter().enumerate().map(clear).collect())
     }
 
-    fn field_height_m(&self) -> Option<f64> {
-        self.field.as_ref().map(|field| field.volume.z_m[1])
+    fn field_height_m(&self, case: Option<usize>) -> Option<f64> {
+        Some(self.field.as_ref()?.case(case).volume.z_m[1])
+    }
+
+    fn cases(&self) -> Vec<&str> {
+        self.field.iter().flat_map(FieldSet::names).collect()
+    }
+
+    fn applying_cases(&self, at: &Station) -> Vec<usize> {
+        self.field.as_ref().map_or(Vec::new(), |fields| fields.applying(at).collect())
     }
 
     fn guard(&self, polygon_m: Vec<DVec2>, height_m: f64) -> Arc<dyn Kind> {
         let volume = Prism { polygon_m, z_m: [0.0, height_m] };
-        let field = Some(ProtectiveField { volume, otherwise_free: true });
+        let field = Some(ProtectiveField { volume, otherwise_free: true }.into());
         Arc::new(Lidar { points: false, field, ..self.clone() })
     }
 }
