@@ -80,7 +80,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
         let ends = sample::ends(&study, &worlds, args.poses, backend.as_mut())?;
         super::print(&rays(&study, &ends, few(FEW_SENSORS)))?;
         let sight = sight::lines(&study, &worlds, args.poses).into_iter();
-        let sight = contents::first_of(sight, few(FEW_SENSORS), "", "sensor with rays");
+        let sight = contents::first_of(sight, few(FEW_SENSORS), "", "sensor");
         super::print(&if sight.is_empty() { sight } else { sight + "\n" })?;
         if !worlds.iter().any(|world| world.is_filled) {
             warnings += advise(&study, &ends, few(FEW_WARNINGS));
@@ -138,7 +138,7 @@ fn rays(study: &Study, ends: &[EndCounts], most: usize) -> String {
         )
     };
     let casting: Vec<_> = study.sensors.iter().zip(ends).filter(|(_, ends)| ends.rays() > 0).collect();
-    let text = contents::first_of(casting.into_iter().map(line), most, "", "sensor with rays");
+    let text = contents::first_of(casting.into_iter().map(line), most, "", "sensor");
     let (cast, all) = (sample::SENSORS, study.sensors.len());
     let rest = if all > cast { format!("{cast} of {all} sensors were cast\n") } else { String::new() };
     if text.is_empty() { text } else { text + &rest + "\n" }
