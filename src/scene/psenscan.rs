@@ -146,20 +146,23 @@ fn child_text<'a>(node: Node<'a, '_>, name: &str) -> &'a str {
 mod tests {
     use super::*;
 
+    /// The values of a zone by their numbers.
+    type ZoneValues = fn(usize) -> u16;
+
     /// A configuration: for each scanner its zone sets, each with the value of its `roOSSD1` by number.
-    fn configuration(scanners: &[&[fn(usize) -> u16]], by_speed: bool) -> String {
-        let ro = |value: &fn(usize) -> u16| {
+    fn configuration(scanners: &[&[ZoneValues]], by_speed: bool) -> String {
+        let ro = |value: &ZoneValues| {
             let bytes = (0..550).flat_map(|number| value(number).to_le_bytes());
             bytes.map(|byte| format!("{byte:02X}")).collect::<String>()
         };
-        let set = |value: &fn(usize) -> u16| {
+        let set = |value: &ZoneValues| {
             let zones = [("roOSSD1", ro(value)), ("warn1", "0A00".repeat(551))];
             let zones = zones.map(|(zone, ro)| {
                 format!("<zoneSetDetail><type>{zone}</type>\n<shapes><type>Arc</type></shapes><ro>{ro}</ro></zoneSetDetail>")
             });
             format!("<zoneSetInfo>{}</zoneSetInfo>", zones.concat())
         };
-        let scanner = |sets: &&[fn(usize) -> u16]| {
+        let scanner = |sets: &&[ZoneValues]| {
             let sets: String = sets.iter().map(set).collect();
             format!("<scannerDescr><zoneSetDefinition>{sets}</zoneSetDefinition></scannerDescr>")
         };
@@ -184,8 +187,8 @@ mod tests {
     }
 
     /// A quarter to the right of the scanner, and a single ray ahead.
-    const RIGHT: fn(usize) -> u16 = |number| if (275..=455).contains(&number) { 2003 } else { 0 };
-    const AHEAD: fn(usize) -> u16 = |number| if number == 275 { 0x1389 } else { 0 };
+    const RIGHT: ZoneValues = |number| if (275..=455).contains(&number) { 2003 } else { 0 };
+    const AHEAD: ZoneValues = |number| if number == 275 { 0x1389 } else { 0 };
 
     #[test]
     fn values_go_from_the_left_to_the_right() {
