@@ -72,6 +72,36 @@ fn answers_of_all_kinds_hold() {
     holds(&folder, "out");
 }
 
+/// A screen hides a way in at the second moment only.
+#[test]
+fn the_object_before_a_way_is_that_of_all_moments() {
+    let folder = Folder::new();
+    folder.write(
+        "cell.toml",
+        "[[object]]\nname = \"floor\"\nplane = { size_m = [4, 3] }\n\
+         [[object]]\nname = \"robot\"\nrole = \"robot\"\ncylinder = { radius_m = 0.2, height_m = 1.2 }\n\
+         position_m = [-1.3, 0, 0.6]\n\
+         [[object]]\nname = \"screen\"\nbox = { size_m = [3.8, 0.1, 1.0] }\n\
+         [object.snapshots]\nposition_m = [[0, 1.4, 0.55], [0, 0.8, 0.55]]\n",
+    );
+    folder.write(
+        "study.toml",
+        "currency = \"EUR\"\n[grid]\nvoxel_size_m = 0.1\nbounds_m = { min = [-2, -1.5, 0], max = [2, 1.5, 2.2] }\n\
+         [[scene]]\nfile = \"cell.toml\"\n\
+         [[region]]\nname = \"all\"\nbox = { min_m = [-2, -1.5, 0], max_m = [2, 1.5, 2.2] }\n\
+         [[sensor]]\nname = \"scanner\"\nkind = \"lidar\"\nrings_deg = [0]\nresolution_deg = 1\nfov_deg = 180\n\
+         range_m = [0.05, 6]\ncost = 100\n\
+         [[sensor.poses]]\nname = \"wall\"\nlist = [{ position_m = [0, 1.15, 0.35], facing = [0, -1, 0] }]\n\
+         [[require]]\nname = \"far\"\nscore = \"nearest_unnoticed_m\"\nat_least = 0.5\n\
+         [approach]\n[[approach.body]]\nname = \"standing\"\n\
+         [[approach.entry]]\nname = \"east\"\nbox = { min_m = [1.2, -1.2, 0], max_m = [2, 0.4, 2.2] }\n",
+    );
+    let outcome = choose(&folder, "out", &[]);
+    assert_eq!(outcome.code, Some(4), "{}{}", outcome.stdout, outcome.stderr);
+    assert!(outcome.stdout.contains("of the hazard behind \"screen\", over"), "{}", outcome.stdout);
+    holds(&folder, "out");
+}
+
 #[test]
 fn a_stopped_search_claims_less() {
     let folder = folder();

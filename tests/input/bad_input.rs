@@ -184,7 +184,7 @@ fn things_that_are_missing_or_twice() {
             SCENE,
             "sphere = {",
             "mesh = \"cell.IGS\"\n#",
-            "mesh = \"cell.IGS\": must be a .glb, .gltf, .stl, .obj, .dae or .step file; a .igs file is not read: it holds curved",
+            "mesh = \"cell.IGS\": must be a .glb, .gltf, .stl, .obj, .dae or .step file; a .igs file is not read: IGES holds curved",
         ),
         (
             SCENE,

@@ -2,7 +2,7 @@
 //! voxels of one sensor in one snapshot are shared with the search; free space, distances of a body and the sensors
 //! that notice it together are found here by trying all voxels.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -113,16 +113,23 @@ impl<'g> NearFacts<'g> {
         dead.max().map(|dead| dead + 1)
     }
 
-    /// The body's centre at the end of a way, in world metres, and the object in front of it for most candidates.
+    /// The body's centre at the end of a way, in world metres, and the object in front of it for most candidates at all
+    /// moments of the scene.
     pub(super) fn end_of(&self, input: ProofInput, way: &FollowedWay) -> ([f64; 3], Option<String>) {
         let Cell { ground, truths, .. } = &self.cells[way.cell];
-        let (body, world, truth) = (&ground.bodies[way.body], &ground.worlds[0], &truths[0]);
+        let body = &ground.bodies[way.body];
         let watchers = input.watchers(way.passage.repeat);
-        let watch = watchers.watch(world, truth.clone());
-        let often = watchers.blocking_objects(&watch, body.voxels(way.end)).into_iter();
-        let mut named: Vec<_> = often.map(|(object, often)| (often, &truth.objects[object].name)).collect();
-        named.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.cmp(b.1)));
-        (body.middle_m(way.end, &world.grid).to_array(), named.first().map(|(_, name)| (*name).clone()))
+        let mut before: BTreeMap<&str, u64> = BTreeMap::new();
+        for (world, truth) in ground.worlds.iter().zip(truths) {
+            let watch = watchers.watch(world, truth.clone());
+            for (object, often) in watchers.blocking_objects(&watch, body.voxels(way.end)) {
+                *before.entry(&truth.objects[object].name).or_default() += often;
+            }
+        }
+        let mut named: Vec<(&str, u64)> = before.into_iter().collect();
+        named.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(b.0)));
+        let end_m = body.middle_m(way.end, &ground.worlds[0].grid).to_array();
+        (end_m, named.first().map(|(name, _)| (*name).to_string()))
     }
 
     /// The first entry at which a body is already too near, and the missed requirement.
