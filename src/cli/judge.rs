@@ -128,6 +128,7 @@ pub(super) fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.junit {
         let describe = |set: &JudgedSet, judgement: &Judgement| {
             let line = terminal::judge::line(&results, set, judgement);
+            let line = set.caveats.iter().fold(line, |text, caveat| format!("{text}\nbut: {caveat}"));
             picture(set, judgement).map_or(line.clone(), |picture| format!("{line}\n{picture}"))
         };
         write_whole(path, junit_xml(sets, &describe).as_bytes())?;

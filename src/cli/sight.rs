@@ -60,16 +60,19 @@ fn nearest_share(study: &Study, world: &World, number: usize, poses: usize) -> O
     let found: Vec<(usize, NearBlindness)> = all
         .filter_map(|candidate| Some((candidate, near_blindness(study, world, [number, candidate])?)))
         .collect();
-    let more = |a: &(usize, NearBlindness), b: &(usize, NearBlindness)| {
-        let regions = a.1.largest_share().total_cmp(&b.1.largest_share());
-        regions.then(a.1.floor[0].cmp(&b.1.floor[0])).then(b.0.cmp(&a.0))
-    };
-    let (candidate, most) = found.iter().max_by(|a, b| more(a, b))?;
+    // The first of equals, of regions and of the floor each by itself.
+    let first = |a: usize, b: usize| b.cmp(&a);
+    let of_region = found
+        .iter()
+        .max_by(|a, b| a.1.largest_share().total_cmp(&b.1.largest_share()).then(first(a.0, b.0)))?;
+    let of_floor = found.iter().max_by(|a, b| a.1.floor[0].cmp(&b.1.floor[0]).then(first(a.0, b.0)))?;
+    let at = |candidate: usize| &sensor.candidates[candidate].name;
+    let most = &of_region.1;
     let poses = count(found.len(), "pose");
-    let regions = most.describe_regions(study).unwrap_or_else(|| "no part of a region".into());
-    let what = match most.describe_floor() {
-        Some(floor) => format!("{regions}, {floor} at most, at {}", sensor.candidates[*candidate].name),
-        None => regions,
-    };
+    let regions = most
+        .describe_regions(study)
+        .map_or("no part of a region".into(), |share| format!("at most {share} (at {})", at(of_region.0)));
+    let floor = of_floor.1.describe_floor();
+    let what = regions + &floor.map_or(String::new(), |share| format!(", {share} (at {})", at(of_floor.0)));
     Some(format!("a body {} is not seen: {what} ({poses} tried)", most.describe_distance()))
 }

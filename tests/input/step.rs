@@ -149,7 +149,7 @@ fn a_layer_that_selects_nothing_is_refused_with_those_of_the_file() {
         assert_refused(&voxelize(&folder, python, Path::new("none"), &["--step"]), &[expected]);
     };
     let step = assembly(false, &PARTS);
-    let others = "nodes.layer = \"Fence\": no part is on such a layer; there are 0, Schutzzäune";
+    let others = "nodes.layer = \"Fence\": no whole solid or surface is on such a layer (assemblies, faces and curves do not count); there are 0, Schutzzäune";
     refused(&step, "layer = \"Fence\"", others);
     let no_name =
         "nodes.match = \"Wall\": no node with triangles has such a name; there are Table, Fence left";
@@ -157,7 +157,7 @@ fn a_layer_that_selects_nothing_is_refused_with_those_of_the_file() {
     let not_both = "nodes.match = \"Table\": no part of such a name is on a layer \"Schutz*\"";
     refused(&step, "layer = \"Schutz*\"\nmatch = \"Table\"", not_both);
     let plain = assembly(false, &PARTS.map(|part| Part { layers: &[], ..part }));
-    let none = "nodes.layer = \"0\": no solid or surface of the file is on a layer: select parts by match";
+    let none = "nodes.layer = \"0\": no whole solid or surface of the file is on a layer (assemblies, faces and curves do not count): select parts by match";
     refused(&plain, "layer = \"0\"", none);
 }
 

@@ -391,7 +391,7 @@ fn a_gate_that_the_floor_trips_is_told() {
         let folder = Folder::new();
         folder.write("study.toml", format!("{STUDY}{}", gate.replace("LOW", low)));
         folder.edit("cell.toml", "position_m = [-0.7, -0.5, 0.3]", scene);
-        let trips = "sensor \"gate\": the environment alone trips 1 of 1 poses";
+        let trips = "sensor \"gate\": the environment alone trips 1 of 1 pose";
         warnings(&folder).into_iter().find(|w| w.contains(trips)).unwrap_or_default()
     };
     let still = "position_m = [-0.7, -0.5, 0.3]";

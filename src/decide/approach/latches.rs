@@ -9,12 +9,12 @@ use crate::view::watched::Watchers;
 use perirobot_march::Result;
 use perirobot_study::input::Study;
 
-/// A warning for each sensor of a choice that latches and whose latch is not proven to hold. `grounds` are the scenes in which
+/// A sentence for each sensor of a choice that latches and whose latch is not proven to hold. `grounds` are the scenes in which
 /// approaches are asked for the choice; empty if they are not.
 ///
 /// # Errors
 /// When a snapshot has no hazard.
-pub(crate) fn latch_warnings(study: &Study, choice: &Choice, grounds: &[Ground]) -> Result<Vec<String>> {
+pub(crate) fn latch_caveats(study: &Study, choice: &Choice, grounds: &[Ground]) -> Result<Vec<String>> {
     let watchers = Watchers::new(study, *choice);
     let latching = watchers.latching();
     if latching.is_empty() {
@@ -23,8 +23,8 @@ pub(crate) fn latch_warnings(study: &Study, choice: &Choice, grounds: &[Ground])
     if grounds.is_empty() {
         let warning = |sensor| {
             format!(
-                "sensor {:?} latches: verdicts count people in its zone as detected, which they are if nobody gets in without \
-                 tripping it: perirobot approach tells, and so does a requirement on nearest_unnoticed_m",
+                "sensor {:?}: its latch is not proven: verdicts count people in its zone as detected, which they are if nobody \
+                 gets in without tripping it; require nearest_unnoticed_m, or run perirobot approach",
                 watchers.name(sensor)
             )
         };
@@ -47,8 +47,8 @@ pub(crate) fn latch_warnings(study: &Study, choice: &Choice, grounds: &[Ground])
     let warning = |(sensor, ways): (String, BTreeSet<String>)| {
         let ways: Vec<String> = ways.into_iter().collect();
         format!(
-            "sensor {sensor:?} latches, and its latch does not hold: {} gets into its zone without tripping it; verdicts count \
-             people in its zone as detected all the same",
+            "sensor {sensor:?}: its latch does not hold: without tripping it people get into its zone ({}), and verdicts count \
+             people there as detected all the same",
             ways.join(", ")
         )
     };

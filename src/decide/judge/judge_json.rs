@@ -46,6 +46,10 @@ pub struct SetVerdicts {
     pub requirements: Vec<RequirementVerdict>,
     /// Each score under each condition: the rows of `conditions.csv`.
     pub conditions: Vec<ConditionScore>,
+    /// What speaks against the verdicts, in sentences: latches that are not proven to hold, and switches that something fixed
+    /// trips.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub caveats: Vec<String>,
     /// The allowed robot speed, if requirements depend on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed_speed: Option<AllowedSpeed>,
@@ -207,6 +211,7 @@ impl Verdicts {
                 .iter()
                 .map(|spread| condition_score(study, subject, set, spread))
                 .collect(),
+            caveats: set.caveats.clone(),
             allowed_speed: allowed_speed(set),
         };
         Verdicts {
@@ -370,6 +375,7 @@ mod tests {
             representation: "points;points".into(),
             requirements: vec![missed.clone(), RequirementVerdict { value: None, is_met: true, ..missed }],
             conditions: vec![score],
+            caveats: vec!["sensor \"gate\": its latch is not proven".into()],
             allowed_speed: Some(AllowedSpeed { m_s: None }),
         };
         Verdicts { format: FILE.format, perirobot: "0.1.0".into(), sets: vec![set] }

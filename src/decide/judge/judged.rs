@@ -24,6 +24,8 @@ pub struct JudgedSet<'a> {
     pub conditions: Conditions,
     /// The verdict on each requirement under each condition.
     pub judgements: Vec<Judgement<'a>>,
+    /// What speaks against the verdicts: latches that are not proven to hold, and switches that something fixed trips.
+    pub caveats: Vec<String>,
 }
 
 impl<'a> JudgedSet<'a> {
@@ -42,6 +44,7 @@ impl<'a> JudgedSet<'a> {
             place: combination.place_of(choice.choice),
             judgements: judgements(requirements, &results.baselines, &conditions),
             conditions,
+            caveats: Vec::new(),
         }
     }
 
@@ -60,6 +63,7 @@ impl<'a> JudgedSet<'a> {
             place: Places::new(study, &worlds[0]).describe_choice(combination, choice.choice),
             judgements: judgements(&study.requirements, &baselines, &conditions),
             conditions,
+            caveats: Vec::new(),
         }
     }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::alone::add_cases;
 use super::cases::Conditions;
+use super::caveats::caveats;
 use super::counting::count_plan;
 use super::draws::Draws;
 use super::judge_json::Verdicts;
@@ -16,7 +17,7 @@ use super::scope::counted_conditions;
 use super::speed::{AtEachSpeed, Speeds, at_each_speed, speeds_csv};
 use super::table::{conditions_csv, requirements_csv};
 use super::what_if::WhatIf;
-use crate::approach::{fusion_warning, latch_warnings};
+use crate::approach::fusion_warning;
 use crate::controller::{MeasuredMoment, separation_csv};
 use crate::view::Choice;
 use perirobot_march::backend::factory::{BackendFactory, ChosenBackends};
@@ -39,6 +40,8 @@ pub struct Judging<'a> {
     what_ifs: Vec<WhatIf<'a>>,
     grounds: Vec<SharedGround<'a>>,
     at_speeds: Vec<AtEachSpeed>,
+    /// Of each choice, what speaks against its verdicts.
+    caveats: Vec<Vec<String>>,
     /// Warnings for the user.
     pub warnings: Vec<String>,
     /// Warnings of scenes, by their names: parts of regions and people that the grid cuts off.
@@ -90,17 +93,28 @@ impl<'a> Judging<'a> {
         let what_ifs: Vec<WhatIf> = choices.iter().map(|choice| WhatIf::new(study, worlds, choice)).collect();
         let grounds = SharedGround::of_choices(&what_ifs)?;
         let near = choices.iter().filter(|_| !grounds.is_empty());
-        let mut warnings: BTreeSet<String> =
-            near.filter_map(|choice| fusion_warning(study, choice)).collect();
-        for (number, choice) in choices.iter().enumerate() {
+        let fused: BTreeSet<String> = near.filter_map(|choice| fusion_warning(study, choice)).collect();
+        let caveats_of = |(number, choice): (usize, &Choice)| {
             let own = grounds.iter().find_map(|ground| ground.of_choice(number)).unwrap_or_default();
-            warnings.extend(latch_warnings(study, choice, own)?);
-        }
+            caveats(&what_ifs[number], choice, own)
+        };
+        let caveats = choices.iter().enumerate().map(caveats_of).collect::<Result<_>>()?;
         let at_speeds = at_each_speed(study);
         let mut cut_off = cut_off(study, worlds, &at_speeds);
         cut_off.extend(check_postures(study, worlds)?);
-        let warnings = warnings.into_iter().collect();
-        Ok(Judging { study, worlds, results, choices, what_ifs, grounds, at_speeds, warnings, cut_off })
+        let warnings = fused.into_iter().collect();
+        Ok(Judging {
+            study,
+            worlds,
+            results,
+            choices,
+            what_ifs,
+            grounds,
+            at_speeds,
+            caveats,
+            warnings,
+            cut_off,
+        })
     }
 
     /// The number of cases to count, in each snapshot and repeat.
@@ -140,10 +154,13 @@ impl<'a> Judging<'a> {
             (backends.as_mut().map(|backends| backends as &mut dyn BackendFactory), open),
             progress,
         )?;
-        let each = self.choices.iter().zip(conditions);
-        let judged = each.map(|(choice, conditions)| match is_swept(choice) {
-            true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),
-            false => JudgedSet::not_swept((self.study, self.worlds), choice, conditions),
+        let each = self.choices.iter().zip(conditions).zip(&self.caveats);
+        let judged = each.map(|((choice, conditions), caveats)| {
+            let set = match is_swept(choice) {
+                true => JudgedSet::new(&self.study.requirements, self.results, choice, conditions),
+                false => JudgedSet::not_swept((self.study, self.worlds), choice, conditions),
+            };
+            JudgedSet { caveats: caveats.clone(), ..set }
         });
         let sets: Vec<JudgedSet> = judged.collect();
         // All choices have the same postures.

@@ -23,6 +23,7 @@ mod alone;
 mod alter;
 mod alteration;
 mod cases;
+mod caveats;
 mod cheapest;
 mod counting;
 mod draws;

@@ -12,7 +12,7 @@
 //! | `out_of_view` | the centre is outside the field of view, and the ray does not cross the voxel; for a sensor without rays: the voxel is outside its volume | no |
 //! | `out_of_range` | the ray enters the voxel beyond the longest range, or before the shortest of a radar, or, if it misses it, the centre is beyond | no |
 //! | `muted` | the voxel is in the volume of a switch that is muted at this moment | no |
-//! | `silent` | the voxel is in the volume of a switch that is off, which certifies nothing; or a thing that stands still stops a radar there | yes |
+//! | `silent` | the voxel is in the volume of a switch that is off, which certifies nothing | yes |
 //! | `between_rays` | the ray does not cross the voxel: rays are too sparse there | no |
 //! | `hidden` | the ray returned from an object before it came to the voxel | yes |
 //! | `blind` | the ray ended, before or behind the voxel, in an object closer than the shortest range | yes |
@@ -36,7 +36,7 @@
 //! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the
 //!   first in the scene's order. Tags and see-through objects end no ray. The blocker may be the voxel's own
 //!   object: its far side, or its inside.
-//! * Outside its field the rays of a radar decide, and the objects that stop them.
+//! * Outside its field the rays of a radar decide. An object that stops them and stands still hides its own first voxel, too.
 //! * Of several sensors, the reason in the latest row of the table counts; of equals, that of the first sensor.
 //!   So a silent switch does not replace the reason of a ray, and a voxel is out of view only if it is so for all.
 //! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from .study import Study
 
 #: Ends of names in the list of files that are not files: programs made their contents of the file that the name begins with.
-_DERIVED = (" (expanded)", " (converted)")
+_DERIVED = re.compile(r" \((expanded|converted).*\)$")
 
 
 class Inputs:
@@ -42,7 +43,7 @@ class Inputs:
             if read.get(name, (sha256, ""))[0] != sha256:
                 raise _changed(name, f"{path} was written")
         for name, (sha256, path) in {**read, **self._known}.items():
-            if name.endswith(_DERIVED):
+            if _DERIVED.search(name):
                 continue
             since = f"{path} was written" if path else "the study read it"
             try:

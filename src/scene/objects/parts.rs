@@ -146,8 +146,15 @@ impl Patterns {
             let layers: BTreeSet<&str> =
                 nodes.iter().flat_map(|node| &node.layers).map(String::as_str).collect();
             let what = match layers.is_empty() {
-                true => "no solid or surface of the file is on a layer: select parts by match".into(),
-                false => format!("no part is on such a layer; there are {}", first_names(layers)),
+                true => {
+                    "no whole solid or surface of the file is on a layer (assemblies, faces and curves do not count): \
+                     select parts by match"
+                        .into()
+                }
+                false => format!(
+                    "no whole solid or surface is on such a layer (assemblies, faces and curves do not count); there are {}",
+                    first_names(layers)
+                ),
             };
             return wrong("nodes.layer", &rule.layer, what);
         }
@@ -156,7 +163,8 @@ impl Patterns {
                 format!("no part of such a name is on a layer {layer:?}")
             }
             _ => {
-                let names = nodes.iter().filter_map(|node| node.names.last()).map(String::as_str);
+                let names: BTreeSet<&str> =
+                    nodes.iter().filter_map(|node| node.names.last()).map(String::as_str).collect();
                 format!("no node with triangles has such a name; there are {}", first_names(names))
             }
         };

@@ -426,7 +426,7 @@ impl Station<'_> {
     }
 
     /// Where the sensor is; the world's origin if it has no pose.
-    pub(crate) fn pose(&self) -> Pose {
+    pub fn pose(&self) -> Pose {
         self.setting.pose()
     }
 

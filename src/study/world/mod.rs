@@ -52,6 +52,7 @@ pub use rays::KeptRays;
 pub use rays::ray_tables_of;
 pub use rays::{ray_table, ray_tables};
 pub use same::{share_kinds, with_sensors_of, worlds_key};
+pub use stuck::tripping_object;
 
 /// A scene of a study at one moment, in voxels.
 #[derive(Clone, Debug)]

@@ -26,22 +26,32 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
                 continue;
             }
             moments = before + 1;
-            earliest.get_or_insert_with(|| (candidate, snapshot, what(&truth, &by)));
+            earliest.get_or_insert_with(|| {
+                let station = exact_station(world, &truth, [sensor, candidate]);
+                let case = kind.as_scanner().and_then(|scanner| {
+                    let case = *scanner.applying_cases(&station).first()?;
+                    Some(format!(" in field case {:?}", scanner.cases()[case]))
+                });
+                (candidate, snapshot, what(&truth, &by), case.unwrap_or_default())
+            });
             stuck.insert(candidate);
         }
     }
-    let (candidate, snapshot, what) = earliest?;
+    let (candidate, snapshot, what, case) = earliest?;
     let first = first_of(study, places, sensor, &[candidate])?;
     let when = match worlds.len() {
         all if moments == all => String::new(),
-        all => format!(" in snapshot {snapshot}, and in {moments} of {all} snapshots something does"),
+        all => format!(" in {moments} of {all} snapshots, from {snapshot} on"),
     };
     Some(format!(
-        "sensor {:?}: the environment alone trips {} of {} poses, which are then always on ({first}; {what}{when}): \
-         {}",
+        "sensor {:?}: the environment alone trips {} of {}{when}, which is on then whether or not somebody is there ({first}; \
+         {what}{case}): {}",
         study.sensors[sensor].name,
         stuck.len(),
-        study.sensors[sensor].candidates.len(),
+        match study.sensors[sensor].candidates.len() {
+            1 => "1 pose".into(),
+            all => format!("{all} poses"),
+        },
         kind.stuck_advice()
     ))
 }
@@ -95,15 +105,26 @@ pub(super) fn exact_station<'a>(
 
 /// The object with most of some voxels, and the first of its voxels there.
 fn what(truth: &Truth, voxels: &BitGrid) -> String {
+    let Some((object, at)) = most_shared(truth, voxels) else { return "the inside of a body".into() };
+    let at = truth.grid.corner_m(at) + truth.grid.voxel_size_m / 2.0;
+    format!("{object:?} does at x {:.2}, y {:.2}, z {:.2} m", at.x + 0.0, at.y + 0.0, at.z + 0.0)
+}
+
+/// The object that alone trips a candidate of a sensor in a world, by its name.
+pub fn tripping_object(study: &Study, world: &World, [sensor, candidate]: [usize; 2]) -> Option<String> {
+    let truth = world.truth();
+    let by = study.sensors[sensor].kind.stuck_by(&exact_station(world, &truth, [sensor, candidate]));
+    let name = |(object, _): (&str, _)| object.to_string();
+    (!by.is_empty()).then(|| most_shared(&truth, &by).map_or("the inside of a body".into(), name))
+}
+
+/// The object that has most of some voxels, and the first of these.
+fn most_shared<'t>(truth: &'t Truth, voxels: &BitGrid) -> Option<(&'t str, [i32; 3])> {
     let shared = truth.objects.iter().map(|object| {
         let mut shared = object.voxels.to_window(voxels.window().intersection(&object.voxels.window()));
         shared.keep(voxels);
         (object, shared)
     });
     let most = shared.rev().max_by_key(|(_, shared)| shared.count());
-    let Some((object, at)) = most.and_then(|(object, shared)| Some((object, shared.voxels().next()?))) else {
-        return "the inside of a body".into();
-    };
-    let at = truth.grid.corner_m(at) + truth.grid.voxel_size_m / 2.0;
-    format!("{:?} does at x {:.2}, y {:.2}, z {:.2} m", object.name, at.x + 0.0, at.y + 0.0, at.z + 0.0)
+    most.and_then(|(object, shared)| Some((object.name.as_str(), shared.voxels().next()?)))
 }

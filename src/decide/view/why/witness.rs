@@ -134,10 +134,9 @@ impl<'a> Witness<'a> {
         let because = |reason| Cause { reason, object: None };
         match hit {
             _ if entered_q16 < gates.range_min_q16.max(gates.near_ignore_q16) => because(Reason::OutOfRange),
-            Some(hit) if crossings(begin, voxel) > crossings(begin, hit.voxel) => {
+            Some(hit) if crossings(begin, voxel) >= crossings(begin, hit.voxel) => {
                 Cause { reason: Reason::Hidden, object: self.object_that_stops(hit.voxel) }
             }
-            Some(hit) if hit.voxel == voxel => because(Reason::Silent),
             _ => because(Reason::BetweenRays),
         }
     }

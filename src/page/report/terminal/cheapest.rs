@@ -31,6 +31,8 @@ pub fn render(report: &PurchaseReport, judged: Option<&SetVerdicts>) -> String {
     }
     text += &format!("\n{}\n", describe_proof(report));
     text += &judged.and_then(|judged| smallest_margin(report, judged)).unwrap_or_default();
+    let caveats = judged.map_or(&[][..], |judged| &judged.caveats);
+    caveats.iter().for_each(|caveat| text += &format!("but: {caveat}\n"));
     text += &describe_disturb(report);
     if let Some(prices) = describe_asked_prices(&report.asked.sensors) {
         text += &format!("{prices}\n");

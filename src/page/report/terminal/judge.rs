@@ -47,6 +47,7 @@ pub fn verdicts(subject: &Subject, set: &JudgedSet, picture: Picture) -> String 
             text += &format!("      {picture}\n");
         }
     }
+    set.caveats.iter().for_each(|caveat| text += &format!("BUT   {caveat}\n"));
     text
 }
 

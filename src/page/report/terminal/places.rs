@@ -21,8 +21,9 @@ pub fn render(results: &Results, selection: &ReportSelection) -> Result<String> 
     let is_weighted = results.dwell_s.is_some();
     let mut text = format!(
         "\nPLACES of [[candidate]]: where it should stand\n\
-         The best {SHOWN} of {} places, each by its best choice of poses, and the last. Mean and worst are over scenes, snapshots\n\
+         The best {} of {} places, each by its best choice of poses, and the last. Mean and worst are over scenes, snapshots\n\
          and repeats at that place.\n",
+        SHOWN.min(places.len()),
         places.len()
     );
     if is_weighted {

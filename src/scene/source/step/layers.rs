@@ -63,6 +63,8 @@ pub(super) fn split(step: &[u8], patterns: &[WildMatch]) -> (Vec<Group>, Vec<Str
     // What each item of each representation belongs to; nothing for frames, which all groups need.
     let mut belongs = Vec::new();
     let mut used = HashSet::new();
+    // Surface models whose shells match different patterns.
+    let mut mixed = BTreeSet::new();
     for shapes in &file.representations {
         let (own, from) = file.layers_of_list(shapes.number);
         let all = matched(&own);
@@ -70,6 +72,12 @@ pub(super) fn split(step: &[u8], patterns: &[WildMatch]) -> (Vec<Group>, Vec<Str
             (!file.frames.contains(item)).then(|| {
                 let (layers, from) = file.layers_of_shape(*item);
                 used.extend(from);
+                let shells = file.within.get(item).into_iter().flatten();
+                let of_shell =
+                    |shell: &u64| matched(file.layers.get(shell).map_or(&[][..], |layers| layers.as_slice()));
+                if shells.map(of_shell).collect::<BTreeSet<_>>().len() > 1 {
+                    mixed.insert(*item);
+                }
                 let mut both = matched(&layers);
                 both.iter_mut().zip(&all).for_each(|(both, all)| *both |= all);
                 groups.entry(both.clone()).or_default().extend(layers);
@@ -86,7 +94,13 @@ pub(super) fn split(step: &[u8], patterns: &[WildMatch]) -> (Vec<Group>, Vec<Str
         }
         belongs.push(items);
     }
-    let remarks = file.remarks(&used, &by_layer);
+    let mut remarks = file.remarks(&used, &by_layer);
+    if !mixed.is_empty() {
+        let models = plural(mixed.len(), "surface model");
+        remarks.push(format!(
+            "with {models} whose shells are on different layers: each follows the rules as a whole"
+        ));
+    }
     let count = groups.len();
     let groups = groups.into_iter().map(|(matched, layers)| {
         let step = if count == 1 { step.to_vec() } else { file.keep(step, &belongs, &matched) };

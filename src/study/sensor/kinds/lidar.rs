@@ -321,7 +321,7 @@ impl Kind for Lidar {
             return Ok(());
         };
         let empty = Issue::says("has a field without a voxel of the grid")
-            .with_advice("make its polygon_m or height_m larger");
+            .with_advice("make it larger, or turn it into the grid");
         Err(match fields.applying(at).next().and_then(|case| fields.names().nth(case)) {
             Some(case) => empty.with_place(format!("field case {case:?}")),
             None => empty,

@@ -111,8 +111,7 @@ fn plain_end(
         let is_too_near = entered < gates.range_min_q16 || entered < gates.near_ignore_q16;
         return match end {
             _ if entered > gates.range_max_q16 || is_too_near => (Reason::OutOfRange, None),
-            Some((hit, _, false)) => (Reason::Hidden, Some(hit)),
-            Some((hit, ..)) if hit == voxel => (Reason::Silent, None),
+            Some((hit, _, crossed)) if !crossed || hit == voxel => (Reason::Hidden, Some(hit)),
             _ => {
                 assert_eq!(entered, 0, "it senses what its rays cross");
                 (Reason::BetweenRays, None)

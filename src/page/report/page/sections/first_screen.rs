@@ -140,6 +140,7 @@ impl FirstScreen {
                 div.named { h2 { (self.heading) } p { (self.set) } }
                 ul.sensors { @for sensor in &self.sensors { (render_sensor(sensor)) } }
                 p.overall.(good.verdict()) { strong { "Good enough?" } " " b { (good.overall()) } }
+                (good.view_caveats())
                 p.note {
                     "This is " (self.why) ". " a href="#instead" { "What instead?" } " " a href="#where" { "Where exactly?" }
                 }

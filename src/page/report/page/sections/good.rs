@@ -29,6 +29,8 @@ pub(super) struct Good {
     notes: Vec<String>,
     /// The requirements with their verdicts.
     pub(super) required: Vec<ShownRequirement>,
+    /// What speaks against the verdicts.
+    caveats: Vec<String>,
     /// The verdicts of each of several judged choices, by name.
     judged: Vec<(String, Good)>,
     /// The scores under each condition, and the ways in.
@@ -57,11 +59,14 @@ impl Good {
     /// # Errors
     /// If a journal cannot be read.
     pub(super) fn from_verdicts(findings: &Findings, looked: Choice, names: &[String; 3]) -> Result<Good> {
-        let (note, required) = match findings.judged.iter().find(|one| one.names == *names) {
-            Some(one) => (one.note.clone(), one.required.clone()),
-            None => not_judged(&findings.sweep, &looked)?,
+        let (note, required, caveats) = match findings.judged.iter().find(|one| one.names == *names) {
+            Some(one) => (one.note.clone(), one.required.clone(), one.verdicts.caveats.clone()),
+            None => {
+                let (note, required) = not_judged(&findings.sweep, &looked)?;
+                (note, required, Vec::new())
+            }
         };
-        Ok(Good { notes: vec![note], required, ..Good::default() })
+        Ok(Good { notes: vec![note], required, caveats, ..Good::default() })
     }
 
     /// The section; `set` is the name of the choice.
@@ -74,6 +79,7 @@ impl Good {
                 @if !self.required.is_empty() {
                     p.overall.(self.verdict()) { "By what the study requires, " (self.overall()) "." }
                     (self.view_verdicts())
+                    (self.view_caveats())
                 }
                 @if !self.judged.is_empty() {
                     h3 { "All choices that were judged" }
@@ -81,6 +87,7 @@ impl Good {
                         details.judged {
                             summary { b.(one.verdict()) { (one.verdict()) } " " (name) ": " (one.overall()) }
                             (one.view_verdicts())
+                            (one.view_caveats())
                         }
                     }
                 }
@@ -109,6 +116,11 @@ impl Good {
         }
     }
 
+    /// What speaks against the verdicts.
+    pub(super) fn view_caveats(&self) -> Markup {
+        html! { @for caveat in &self.caveats { p.overall.OPEN { strong { "But: " } (caveat) "." } } }
+    }
+
     /// FAIL if a requirement is missed, else OPEN if one is not decided or there is none, else PASS.
     pub(super) fn verdict(&self) -> &'static str {
         match self.counts() {
@@ -127,6 +139,9 @@ impl Good {
         let all = self.required.len();
         let mut text = match [missed, open] {
             _ if all == 0 => return "not decided: the study names no requirement".into(),
+            [0, 0] if !self.caveats.is_empty() => {
+                format!("yes, but see below: {met} of {all} {} met", many(all))
+            }
             [0, 0] => format!("yes: {met} of {all} {} met", many(all)),
             [0, _] => format!("not decided: {met} of {all} {} met, {open} not decided yet", many(all)),
             [_, 0] => format!("no: {met} of {all} {} met", many(all)),
@@ -238,7 +253,8 @@ fn shortened(score: &str, JsonNumber(value): JsonNumber) -> String {
 /// A judged choice, by name.
 fn judged_good(one: &JudgedChoice) -> (String, Good) {
     let [combination, poses, representation] = &one.names;
-    let good = Good { required: one.required.clone(), ..Good::default() };
+    let (required, caveats) = (one.required.clone(), one.verdicts.caveats.clone());
+    let good = Good { required, caveats, ..Good::default() };
     (format!("{combination} · {poses} · {representation}"), good)
 }
 

@@ -54,6 +54,19 @@ fn each_shape_is_in_the_group_of_its_layers() {
 }
 
 #[test]
+fn shells_of_one_model_on_different_layers_are_told() {
+    let model = "#90=SHELL_BASED_SURFACE_MODEL('',(#91,#92));#95=SHAPE_REPRESENTATION('',(#90),#9);";
+    let on = |layers: &str| groups(&format!("{model}{layers}"), &["A"]).1;
+    let told = "with 1 surface model whose shells are on different layers: each follows the rules as a whole";
+    assert_eq!(on("#80=PRESENTATION_LAYER_ASSIGNMENT('A','',(#91));"), [told]);
+    let both =
+        "#80=PRESENTATION_LAYER_ASSIGNMENT('A','',(#91));#81=PRESENTATION_LAYER_ASSIGNMENT('B','',(#92));";
+    assert_eq!(on(both), [told]);
+    assert_eq!(on("#80=PRESENTATION_LAYER_ASSIGNMENT('A','',(#91,#92));"), Vec::<String>::new());
+    assert_eq!(on("#80=PRESENTATION_LAYER_ASSIGNMENT('A','',(#90));"), Vec::<String>::new());
+}
+
+#[test]
 fn what_a_layer_has_besides_shapes_is_said() {
     // A copy, a face, a representation that has no shape, and no entity at all.
     let layers = "#80=PRESENTATION_LAYER_ASSIGNMENT('Fence','',(#50,#14,#55,#99,#10));\

@@ -1,5 +1,6 @@
 //! The fields between which a scanner switches, by the moment or by how fast something moves.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use serde::Deserialize;
@@ -186,7 +187,7 @@ impl FieldCaseFile {
 }
 
 /// The numbers of scenes by their names; that of a scene with places of a robot stands for all of them.
-fn scenes(at: &Place, names: &[String], context: &Context) -> Result<Vec<usize>> {
+fn scenes<'c>(at: &Place, names: &[String], context: &'c Context) -> Result<Vec<usize>> {
     at.some("scenes", names, "scenes = [\"delivery\"]")?;
     let of = |scene: &SceneSpec, name: &str| {
         scene.name == name || scene.variant.as_ref().is_some_and(|variant| variant.scene == name)
@@ -196,8 +197,10 @@ fn scenes(at: &Place, names: &[String], context: &Context) -> Result<Vec<usize>>
         let before = numbers.len();
         numbers.extend((0..context.scenes.len()).filter(|&number| of(&context.scenes[number], name)));
         if numbers.len() == before && context.has_all_scenes {
-            let known: Vec<&str> = context.scenes.iter().map(|scene| scene.name.as_str()).collect();
-            return Err(at.unknown_name("scenes", name, "names of scenes", &known));
+            let name_of =
+                |scene: &'c SceneSpec| scene.variant.as_ref().map_or(&scene.name, |variant| &variant.scene);
+            let known: BTreeSet<&str> = context.scenes.iter().map(|scene| name_of(scene).as_str()).collect();
+            return Err(at.unknown_name("scenes", name, "names of scenes", &Vec::from_iter(known)));
         }
     }
     Ok(numbers)

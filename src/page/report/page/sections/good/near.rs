@@ -34,6 +34,9 @@ const COLUMNS: [&str; 13] = [
 /// The column of studies in which bodies walk on what carries them.
 const FENCE: &str = "fence between";
 
+/// The column of choices with curtains that latch.
+const LATCHES: &str = "latches passed";
+
 /// The facts.
 #[derive(Debug, Default)]
 pub(super) struct Near {
@@ -76,17 +79,24 @@ pub(super) fn read_approach(folder: &Path, own: &[String; 3]) -> Result<Near> {
     Ok(near)
 }
 
-/// The shown columns; with `floor = "auto"` also the fence.
+/// The shown columns; with `floor = "auto"` also the fence, and the latches if one is passed.
 fn columns(approaches: &Approaches) -> Vec<&'static str> {
-    COLUMNS.into_iter().chain(approaches.step_m.map(|_| FENCE)).collect()
+    let latches = has_passed(approaches).then_some(LATCHES);
+    COLUMNS.into_iter().chain(latches).chain(approaches.step_m.map(|_| FENCE)).collect()
+}
+
+/// Whether a body gets past a curtain that latches.
+fn has_passed(approaches: &Approaches) -> bool {
+    approaches.rows.iter().any(|row| !row.latches_passed.is_empty())
 }
 
 /// The cells in these columns.
 fn cells_of(approaches: &Approaches) -> impl Fn(&ApproachRow) -> Vec<String> {
-    let fence = approaches.step_m.is_some();
+    let (fence, latches) = (approaches.step_m.is_some(), has_passed(approaches));
     move |row| {
+        let passed = latches.then(|| row.latches_passed.join(", "));
         let between = fence.then(|| row.fence_between.clone().unwrap_or_default());
-        cells(row).into_iter().chain(between).collect()
+        cells(row).into_iter().chain(passed).chain(between).collect()
     }
 }
 

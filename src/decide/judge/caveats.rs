@@ -1,0 +1,60 @@
+//! What verdicts on a choice take for granted, and what speaks against it.
+
+use perirobot_march::Result;
+use perirobot_study::input::Study;
+use perirobot_study::world::{World, tripping_object};
+
+use super::what_if::WhatIf;
+use crate::approach::{Ground, latch_caveats};
+use crate::view::Choice;
+
+/// Latches that are not proven to hold, and switches that something fixed trips. `grounds` are the scenes in which approaches are
+/// asked for the choice; empty if they are not.
+///
+/// # Errors
+/// When a snapshot has no hazard.
+pub(super) fn caveats(what_if: &WhatIf, choice: &Choice, grounds: &[Ground]) -> Result<Vec<String>> {
+    let mut all = latch_caveats(what_if.study, choice, grounds)?;
+    for &member in &what_if.members {
+        all.extend(low_curtain(what_if.study, what_if.worlds, member));
+        all.extend(stuck(what_if.study, what_if.worlds, member));
+    }
+    Ok(all)
+}
+
+/// How high a light curtain must at least end so that people do not step over it: the highest of two beams in ISO 13855, as
+/// public pages tell.
+const HIGHEST_BEAM_M: f64 = 0.9;
+
+/// A curtain that latches and that people can step over, which bodies that approach do not do.
+fn low_curtain(study: &Study, worlds: &[World], [sensor, candidate, _]: [usize; 3]) -> Option<String> {
+    let (spec, world) = (&study.sensors[sensor], worlds.first()?);
+    if !spec.kind.latches() {
+        return None;
+    }
+    let truth = world.truth();
+    let from_m = world.station(study, &truth, [sensor, candidate, 0]).pose().position_m.z - world.floor.z_m;
+    let ends_m = from_m + spec.kind.prisms().first()?.z_m[1];
+    (ends_m < HIGHEST_BEAM_M).then(|| {
+        format!(
+            "sensor {:?}: people step over it, since it ends {ends_m:.2} m above the floor, and ISO 13855 (as public pages \
+             tell) needs {HIGHEST_BEAM_M} m or more; bodies of [approach] do not step over",
+            spec.name
+        )
+    })
+}
+
+/// A switch that objects alone trip at some moments.
+fn stuck(study: &Study, worlds: &[World], [sensor, candidate, _]: [usize; 3]) -> Option<String> {
+    let spec = &study.sensors[sensor];
+    let by = |world: &World| tripping_object(study, world, [sensor, candidate]);
+    let names: Vec<String> = worlds.iter().filter_map(by).collect();
+    let first = names.first()?;
+    Some(format!(
+        "sensor {:?}: {first:?} trips it at {} of {} moments, and it then reports its volume as occupied whether or not \
+         somebody is there",
+        spec.name,
+        names.len(),
+        worlds.len()
+    ))
+}
