@@ -434,4 +434,18 @@ fn sensors_of_no_set_change_no_distance() {
         assert!(outcome.stdout.contains("rays of \"scanner\" at 1 pose: "), "{}", outcome.stdout);
         assert!(outcome.stdout.contains(" rays at 1 pose, read as"), "{}", outcome.stdout);
     }
+    // A field that ends where 4° still resolve a leg; then one that goes on.
+    for (end, is_coarse) in [("0.4", false), ("1.4", true)] {
+        let folder = Folder::new();
+        let field = format!(
+            "range_m = [0.1, 5]\nfield = {{ polygon_m = [[0, -0.3], [{end}, -0.3], [{end}, 0.3], [0, 0.3]], height_m = 1 }}"
+        );
+        let text = std::fs::read_to_string(folder.path(STUDY)).unwrap();
+        let scanner = SCANNER.replace("range_m = [0.1, 5]", &field);
+        folder.write(STUDY, [&text, &scanner, STOPPING].concat());
+        let outcome = check(&folder, &["--poses", "1", "--all"]);
+        assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let said = outcome.stderr.contains("needs a detection capability of 0.063 m");
+        assert_eq!(said, is_coarse, "{}", outcome.stderr);
+    }
 }

@@ -152,7 +152,7 @@ fn a_layer_that_selects_nothing_is_refused_with_those_of_the_file() {
     let others = "nodes.layer = \"Fence\": no whole solid or surface is on such a layer (assemblies, faces and curves do not count); there are 0, Schutzzäune";
     refused(&step, "layer = \"Fence\"", others);
     let no_name =
-        "nodes.match = \"Wall\": no node with triangles has such a name; there are Table, Fence left";
+        "nodes.match = \"Wall\": no node with triangles has such a name; there are Fence left, Table";
     refused(&step, "layer = \"0\"\nmatch = \"Wall\"", no_name);
     let not_both = "nodes.match = \"Table\": no part of such a name is on a layer \"Schutz*\"";
     refused(&step, "layer = \"Schutz*\"\nmatch = \"Table\"", not_both);

@@ -9,8 +9,8 @@ use perirobot_study::input::Study;
 use perirobot_study::sensor::{Approached, Setting};
 use perirobot_study::world::World;
 
-/// A warning for each scanner in a set of a study with `[stopping]` whose rays are too far apart at the end of its range, or of
-/// the regions.
+/// A warning for each scanner in a set of a study with `[stopping]` whose rays are too far apart at the end of its range, of its
+/// fields, or of the regions.
 pub fn check_resolution(study: &Study, world: &World) -> Vec<String> {
     if study.stopping.is_none() {
         return Vec::new();
@@ -28,7 +28,8 @@ fn warning(study: &Study, world: &World, number: usize) -> Option<String> {
         return None;
     }
     let (spacing, [_, far_m]) = (sensor.kind.spacing()?, sensor.kind.range()?.range_m);
-    let end_m = far_m.min(world.farthest_m(number));
+    let field_m = sensor.kind.as_scanner().and_then(|scanner| scanner.field_reach_m());
+    let end_m = far_m.min(world.farthest_m(number)).min(field_m.unwrap_or(f64::INFINITY));
     // Only rays in one plane: others catch a leg at several heights.
     let (gap_m, None) = spacing.rectangle_m(end_m) else { return None };
     let heights = world.settings[number].iter().filter_map(|setting| match setting {
@@ -42,7 +43,7 @@ fn warning(study: &Study, world: &World, number: usize) -> Option<String> {
         format!(
             "sensor {:?}: at {end_m:.1} m its rays hit only objects of {} m or more, and ISO 13855 (as public pages tell) needs a \
              detection capability of {:.3} m for a plane {lowest_m:.2} m above the floor: it has that up to {:.1} m; cast more \
-             rays, mount it nearer, or end range_m there",
+             rays, mount it nearer, or end its field or range_m there",
             sensor.name,
             rounded_up(gap_m, 3),
             capability_m,

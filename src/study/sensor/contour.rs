@@ -25,6 +25,9 @@ pub trait Scanner: Debug {
     /// The height of its usual field or of that of a case, in metres, if it has one.
     fn field_height_m(&self, case: Option<usize>) -> Option<f64>;
 
+    /// How far its fields reach, in metres, if it is read by them alone.
+    fn field_reach_m(&self) -> Option<f64>;
+
     /// The names of the cases in which it guards other fields than the usual one.
     fn cases(&self) -> Vec<&str>;
 

@@ -41,10 +41,10 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
     let first = first_of(study, places, sensor, &[candidate])?;
     let when = match worlds.len() {
         all if moments == all => String::new(),
-        all => format!(" in {moments} of {all} snapshots, from {snapshot} on"),
+        all => format!(" in {moments} of {all} snapshots (the first is {snapshot})"),
     };
     Some(format!(
-        "sensor {:?}: the environment alone trips {} of {}{when}, which is on then whether or not somebody is there ({first}; \
+        "sensor {:?}: the environment alone trips {} of {}{when}: occupied is reported then whether or not somebody is there ({first}; \
          {what}{case}): {}",
         study.sensors[sensor].name,
         stuck.len(),

@@ -33,6 +33,8 @@ enum ApproachDirection {
     Normal,
     /// Along a plane at this height above the floor, in metres.
     Parallel(f64),
+    /// Along a plane that moves, so that its height is not known; the worst is taken, 0.
+    ParallelAnywhere,
 }
 
 /// How far a person reaches in before a sensor notices anything.
@@ -48,6 +50,9 @@ impl Intrusion {
         let approach = match sensor.kind.approached()? {
             Approached::AtRightAngle => ApproachDirection::Normal,
             Approached::OnFloor => ApproachDirection::Parallel(0.0),
+            Approached::AlongRays if sensor.on.is_some() => {
+                normal(sensor).map_or(ApproachDirection::Normal, |_| ApproachDirection::ParallelAnywhere)
+            }
             Approached::AlongRays => {
                 plane_m(sensor, floor_m).map_or(ApproachDirection::Normal, ApproachDirection::Parallel)
             }
@@ -59,6 +64,7 @@ impl Intrusion {
     pub(super) fn metres(&self) -> f64 {
         match self.approach {
             ApproachDirection::Normal => NORMAL_M,
+            ApproachDirection::ParallelAnywhere => PARALLEL_M,
             ApproachDirection::Parallel(height_m) => (PARALLEL_M - BY_HEIGHT * height_m).max(NORMAL_M),
         }
     }
@@ -75,6 +81,11 @@ impl fmt::Display for Intrusion {
             ApproachDirection::Normal => {
                 write!(f, "{:?}, which an arm passes unnoticed (approach at a right angle)", self.sensor)
             }
+            ApproachDirection::ParallelAnywhere => write!(
+                f,
+                "{:?}, which is approached along its plane, at a height that is not known since it moves (0 is taken)",
+                self.sensor
+            ),
             ApproachDirection::Parallel(height_m) => write!(
                 f,
                 "{:?}, which is approached along its plane {} m above the floor",
@@ -86,12 +97,9 @@ impl fmt::Display for Intrusion {
 }
 
 /// The height of the lowest plane that a scanner watches, in metres above the floor; 0 of one that is tilted, which may begin
-/// there, and of one on a robot, whose height is unknown. `None` of a scanner that watches no plane, or only steep ones.
+/// there. `None` of a scanner that watches no plane, or only steep ones.
 fn plane_m(sensor: &Sensor, floor_m: f64) -> Option<f64> {
     let normal = normal(sensor)?;
-    if sensor.on.is_some() {
-        return Some(0.0);
-    }
     let heights = sensor.candidates.iter().filter_map(|candidate| {
         let Setting::Pose(pose) = &candidate.setting else { return None };
         let cosine = (sensor.kind.frame(pose) * normal).z.abs();

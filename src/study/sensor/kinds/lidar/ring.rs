@@ -68,6 +68,13 @@ impl Scanner for Lidar {
         Some(self.field.as_ref()?.case(case).volume.z_m[1])
     }
 
+    fn field_reach_m(&self) -> Option<f64> {
+        let fields = self.field.as_ref().filter(|_| !self.points)?;
+        let all = std::iter::once(&fields.usual).chain(fields.cases.iter().map(|case| &case.field));
+        let corners = all.flat_map(|field| &field.volume.polygon_m).map(|corner| corner.length());
+        corners.reduce(f64::max)
+    }
+
     fn cases(&self) -> Vec<&str> {
         self.field.iter().flat_map(FieldSet::names).collect()
     }
