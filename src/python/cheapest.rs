@@ -59,6 +59,7 @@ pub(crate) fn search(
         listener.begins("cases", judging.total());
     }
     let judged = judging.judge(&|| open(words, listener), listener)?;
+    judged.caveats().into_iter().for_each(|caveat| listener.warns_of_study(caveat.into()));
     outcome.agrees(&judged.sets)?;
     judging.write(out, &judged).map(drop)
 }

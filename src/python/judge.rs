@@ -69,5 +69,6 @@ fn write(
     listener.begins("cases", judging.total());
     let judged = judging.judge(&|| open(words, listener), listener)?;
     judged.warnings.iter().for_each(|warning| listener.warns_of_study(warning.clone()));
+    judged.caveats().into_iter().for_each(|caveat| listener.warns_of_study(caveat.into()));
     judging.write(folder, &judged).map(drop)
 }

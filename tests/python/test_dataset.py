@@ -17,7 +17,7 @@ import warnings
 import numpy as np
 
 import perirobot as pr
-from perirobot import dataset_writer
+from perirobot import dataset_inputs, dataset_writer
 from shared import ROOT, tiny_with_a_crumb
 
 SENSORS = {
@@ -470,6 +470,19 @@ pr.dataset(cells(), SENSORS, out={out!r}, cells_per_part=2)
         self.assertEqual(caught[0].filename, __file__)
         part = json.loads(pathlib.Path(out, "part-00000.json").read_text())
         self.assertIn("crumb", json.dumps(part["warnings"]))
+
+
+class DerivedNames(unittest.TestCase):
+    def test_what_programs_made_of_a_file_is_no_file(self):
+        derived = (
+            "robot.xacro (expanded)",
+            "plant.step (converted)",
+            'plant.step (converted, not on layer "Fence (left)")',
+        )
+        for name in derived:
+            self.assertTrue(dataset_inputs._DERIVED.search(name), name)
+        for name in ("plant.step", "plant (converted).stl"):
+            self.assertFalse(dataset_inputs._DERIVED.search(name), name)
 
 
 if __name__ == "__main__":

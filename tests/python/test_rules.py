@@ -126,6 +126,14 @@ class Curtains(unittest.TestCase):
             self.assertEqual(sum(is_muted for is_muted, _ in said), 0 if latch else 2)
             self.assertEqual(on, [latch] * 8, said)
 
+    def test_verdicts_warn_of_a_latch_that_does_not_hold(self):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            verdicts = pr.Study.load(ROOT / "scenes/latching.toml").judge("here", backend="cpu", progress=False)
+        self.assertTrue((verdicts.verdict == "PASS").all(), verdicts)
+        told = [str(one.message) for one in told]
+        self.assertTrue(any("its latch does not hold" in words for words in told), told)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -58,6 +58,13 @@ pub struct JudgeResult<'a> {
     pub warnings: Vec<String>,
 }
 
+impl JudgeResult<'_> {
+    /// What speaks against the verdicts of the sets, each once.
+    pub fn caveats(&self) -> BTreeSet<&str> {
+        self.sets.iter().flat_map(|set| &set.caveats).map(String::as_str).collect()
+    }
+}
+
 /// Fails if a study has no requirements.
 pub fn requires_something(study: &Study) -> Result<()> {
     if !study.requirements.is_empty() {
