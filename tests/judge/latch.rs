@@ -186,15 +186,23 @@ fn verdicts_tell_what_speaks_against_them() {
         let (study, out, junit) = (folder.path("study.toml"), folder.path("out"), folder.path("junit.xml"));
         let outcome = perirobot(&["sweep", text(&study), "--backend", "cpu", "--out", text(&out)]);
         assert_eq!(outcome.code, Some(0), "{}", outcome.stderr);
+        let page = |out: &std::path::Path| {
+            let reported = perirobot(&["report", text(out), "--backend", "cpu"]);
+            assert_eq!(reported.code, Some(0), "{}", reported.stderr);
+            fs::read_to_string(out.join("report.html")).unwrap()
+        };
+        let before = page(&out);
         let judged = perirobot(&["judge", text(&out), "--junit", text(&junit)]);
         let found: Vec<&str> = judged.stdout.lines().filter_map(|line| line.strip_prefix("BUT   ")).collect();
         let file: serde_json::Value =
             serde_json::from_slice(&fs::read(out.join("judge.json")).unwrap()).unwrap();
         let filed = file["sets"][0]["caveats"].as_array().map_or(Vec::new(), Vec::clone);
         assert_eq!(filed, found);
-        let reported = perirobot(&["report", text(&out), "--backend", "cpu"]);
-        assert_eq!(reported.code, Some(0), "{}", reported.stderr);
-        let page = fs::read_to_string(out.join("report.html")).unwrap();
+        let page = page(&out);
+        assert_eq!(
+            before.contains("its latch is not proven"),
+            edits.iter().all(|edit| !edit.1.contains("latch"))
+        );
         assert_eq!(page.contains("yes, but see below"), judged.code == Some(0) && !found.is_empty());
         for caveat in &found {
             let shown = caveat.replace('"', "&quot;");

@@ -22,6 +22,14 @@ pub(super) fn caveats(what_if: &WhatIf, choice: &Choice, grounds: &[Ground]) -> 
     Ok(all)
 }
 
+/// The same where no approach is asked.
+///
+/// # Errors
+/// Those of approaches.
+pub fn caveats_as_planned(study: &Study, worlds: &[World], choice: &Choice) -> Result<Vec<String>> {
+    caveats(&WhatIf::new(study, worlds, choice), choice, &[])
+}
+
 /// How high a light curtain must at least end so that people do not step over it: the highest of two beams in ISO 13855, as
 /// public pages tell.
 const HIGHEST_BEAM_M: f64 = 0.9;

@@ -49,6 +49,7 @@ pub use alone::judge_set;
 pub use alter::alter;
 pub use alteration::Alteration;
 pub use cases::{Case, Conditions, Moment, Passage};
+pub use caveats::caveats_as_planned;
 pub use cheapest::cheapest;
 pub use counting::count_cases;
 pub use draws::Draws;

@@ -14,7 +14,7 @@ use crate::report::page::verdicts::{ShownRequirement, not_judged, parted_by_now}
 use crate::report::page::{Findings, ReportedSweep};
 use crate::report::table::Table;
 use near::read_approach;
-use perirobot_decide::judge::{ConditionScore, JsonNumber};
+use perirobot_decide::judge::{ConditionScore, JsonNumber, caveats_as_planned};
 use perirobot_decide::view::Choice;
 use perirobot_march::Result;
 use perirobot_march::metrics::Score;
@@ -63,7 +63,8 @@ impl Good {
             Some(one) => (one.note.clone(), one.required.clone(), one.verdicts.caveats.clone()),
             None => {
                 let (note, required) = not_judged(&findings.sweep, &looked)?;
-                (note, required, Vec::new())
+                let caveats = caveats_as_planned(findings.sweep.study, findings.sweep.worlds, &looked)?;
+                (note, required, caveats)
             }
         };
         Ok(Good { notes: vec![note], required, caveats, ..Good::default() })
