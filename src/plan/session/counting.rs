@@ -76,13 +76,12 @@ impl Session<'_> {
         let [sensor, moment, region] = ["sensor", "moment", "region"].map(|key| number(request, key));
         let (sensor, moment, region) = (sensor?, moment?, region?);
         let loaded = self.lock_ready().parts()?.1.clone();
-        let Some(spec) = loaded.study.sensors.get(sensor) else {
-            return Err(Refused(400, format!("there is no sensor {sensor} in the study")));
-        };
         if region >= loaded.study.regions.len() || moment >= loaded.worlds.len() {
             return Err(Refused(400, "there is no such region or moment".into()));
         }
-        let names: Vec<String> = spec.candidates.iter().map(|candidate| candidate.name.clone()).collect();
+        // An edit may have taken the sensor away while the question was on its way: then nothing is listed.
+        let candidates = loaded.study.sensors.get(sensor).map_or(&[][..], |sensor| &sensor.candidates);
+        let names: Vec<String> = candidates.iter().map(|candidate| candidate.name.clone()).collect();
         let stream = move |out: &mut dyn Write| {
             for (pose, name) in names.iter().enumerate() {
                 let Some(mut ready) = self.lock_ready_at_rest(&loaded.study) else { return Ok(()) };
