@@ -132,7 +132,8 @@ impl Reason {
 pub struct Cause {
     /// The reason.
     pub reason: Reason,
-    /// The object that ended the ray of a hidden, blind or too dark voxel, by its index in [`Truth::objects`].
+    /// The object that ended the ray of a hidden, blind or too dark voxel, by its index in
+    /// [`perirobot_scene::truth::Truth::objects`].
     pub object: Option<usize>,
 }
 
