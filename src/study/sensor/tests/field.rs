@@ -157,7 +157,12 @@ fn a_field_holds_a_voxel() {
         scanner(false, true).check(&station(&truth, Setting::Pose(pose)))
     };
     assert_eq!(check(10.4), Ok(()));
-    assert!(check(10.6).unwrap_err().to_string().contains("polygon_m"));
+    assert!(
+        check(10.6)
+            .unwrap_err()
+            .to_string()
+            .contains("without a voxel of the grid: make it larger, or turn it into the grid")
+    );
 }
 
 /// The scanner with a wider field at snapshot 2, and another while `object 0` is at 0.5 m/s or faster.
