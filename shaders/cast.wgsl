@@ -57,7 +57,7 @@ fn may_hit(sent: March, last_q16: u32) -> bool {
         || comes_near(sent, other, vec3<u32>(setup.others_x, setup.others_y, setup.others_z), farthest);
 }
 
-// How far those of a shade, from 1 to 7, return light.
+// How far away blockers of a shade, from 1 to 7, are detected.
 fn shade_range_q16(shade: u32) -> u32 {
     switch shade {
         case 1u: {

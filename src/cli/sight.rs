@@ -69,10 +69,11 @@ fn nearest_share(study: &Study, world: &World, number: usize, poses: usize) -> O
     let at = |candidate: usize| &sensor.candidates[candidate].name;
     let most = &of_region.1;
     let poses = count(found.len(), "pose");
+    let largest = |share: String, candidate: usize| format!("{share} at most, at {}", at(candidate));
     let regions = most
         .describe_regions(study)
-        .map_or("no part of a region".into(), |share| format!("at most {share} (at {})", at(of_region.0)));
-    let floor = of_floor.1.describe_floor();
-    let what = regions + &floor.map_or(String::new(), |share| format!(", {share} (at {})", at(of_floor.0)));
+        .map_or("no part of a region".into(), |share| largest(share, of_region.0));
+    let floor = of_floor.1.describe_floor().map(|share| format!("; {}", largest(share, of_floor.0)));
+    let what = regions + &floor.unwrap_or_default();
     Some(format!("a body {} is not seen: {what} ({poses} tried)", most.describe_distance()))
 }

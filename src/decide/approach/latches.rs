@@ -9,26 +9,28 @@ use crate::view::watched::Watchers;
 use perirobot_march::Result;
 use perirobot_study::input::Study;
 
-/// A sentence for each sensor of a choice that latches and whose latch is not proven to hold. `grounds` are the scenes in which
-/// approaches are asked for the choice; empty if they are not.
+/// A sentence for each sensor of a choice that latches, where no approach is asked that could prove its latch.
+pub(crate) fn unproven_latches(study: &Study, choice: &Choice) -> Vec<String> {
+    let watchers = Watchers::new(study, *choice);
+    let sentence = |sensor| {
+        format!(
+            "sensor {:?}: its latch is not proven: verdicts count people in its zone as detected, which holds only if nobody gets \
+             in without tripping it; require nearest_unnoticed_m, or run perirobot approach",
+            watchers.name(sensor)
+        )
+    };
+    watchers.latching().into_iter().map(sentence).collect()
+}
+
+/// A sentence for each sensor of a choice that latches and into whose zone a body gets without tripping it. `grounds` are the
+/// scenes in which approaches are asked.
 ///
 /// # Errors
 /// When a snapshot has no hazard.
-pub(crate) fn latch_caveats(study: &Study, choice: &Choice, grounds: &[Ground]) -> Result<Vec<String>> {
+pub(crate) fn passed_latches(study: &Study, choice: &Choice, grounds: &[Ground]) -> Result<Vec<String>> {
     let watchers = Watchers::new(study, *choice);
-    let latching = watchers.latching();
-    if latching.is_empty() {
+    if watchers.latching().is_empty() {
         return Ok(Vec::new());
-    }
-    if grounds.is_empty() {
-        let warning = |sensor| {
-            format!(
-                "sensor {:?}: its latch is not proven: verdicts count people in its zone as detected, which they are if nobody \
-                 gets in without tripping it; require nearest_unnoticed_m, or run perirobot approach",
-                watchers.name(sensor)
-            )
-        };
-        return Ok(latching.into_iter().map(warning).collect());
     }
     let mut passed: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for ground in grounds {
@@ -44,7 +46,7 @@ pub(crate) fn latch_caveats(study: &Study, choice: &Choice, grounds: &[Ground]) 
             });
         }
     }
-    let warning = |(sensor, ways): (String, BTreeSet<String>)| {
+    let sentence = |(sensor, ways): (String, BTreeSet<String>)| {
         let ways: Vec<String> = ways.into_iter().collect();
         format!(
             "sensor {sensor:?}: its latch does not hold: without tripping it people get into its zone ({}), and verdicts count \
@@ -52,5 +54,5 @@ pub(crate) fn latch_caveats(study: &Study, choice: &Choice, grounds: &[Ground]) 
             ways.join(", ")
         )
     };
-    Ok(passed.into_iter().map(warning).collect())
+    Ok(passed.into_iter().map(sentence).collect())
 }

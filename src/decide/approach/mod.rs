@@ -49,7 +49,7 @@ pub use check::check_approach;
 pub use deepest::{ApproachFinding, Deepest, FreeRoom, Narrowest, deepest};
 pub use flood::Flood;
 pub use ground::{Company, Ground};
-pub(crate) use latches::latch_caveats;
+pub(crate) use latches::{passed_latches, unproven_latches};
 pub(crate) use moments::shadow;
 pub use moments::{ApproachAnswer, ApproachMoment, AtEntry, BodyPlan, NearestApproach, answers, moments_of};
 pub use picture::{PATHS, floor_plan, is_named_as_plan, paths_ply, plan_names};

@@ -5,29 +5,32 @@ use perirobot_study::input::Study;
 use perirobot_study::world::{World, tripping_object};
 
 use super::what_if::WhatIf;
-use crate::approach::{Ground, latch_caveats};
+use crate::approach::{Ground, passed_latches, unproven_latches};
 use crate::view::Choice;
 
-/// Latches that are not proven to hold, and switches that something fixed trips. `grounds` are the scenes in which approaches are
-/// asked for the choice; empty if they are not.
+/// Latches that are not proven to hold, curtains that people step over, and switches that things trip. `grounds` are the scenes in
+/// which approaches are asked for the choice; empty if they are not.
 ///
 /// # Errors
 /// When a snapshot has no hazard.
 pub(super) fn caveats(what_if: &WhatIf, choice: &Choice, grounds: &[Ground]) -> Result<Vec<String>> {
-    let mut all = latch_caveats(what_if.study, choice, grounds)?;
-    for &member in &what_if.members {
-        all.extend(low_curtain(what_if.study, what_if.worlds, member));
-        all.extend(stuck(what_if.study, what_if.worlds, member));
+    if grounds.is_empty() {
+        return Ok(caveats_as_planned(what_if.study, what_if.worlds, choice));
     }
-    Ok(all)
+    Ok([passed_latches(what_if.study, choice, grounds)?, of_members(what_if)].concat())
 }
 
-/// The same where no approach is asked.
-///
-/// # Errors
-/// Those of approaches.
-pub fn caveats_as_planned(study: &Study, worlds: &[World], choice: &Choice) -> Result<Vec<String>> {
-    caveats(&WhatIf::new(study, worlds, choice), choice, &[])
+/// The same where no approach is asked, so that no latch is proven.
+pub fn caveats_as_planned(study: &Study, worlds: &[World], choice: &Choice) -> Vec<String> {
+    [unproven_latches(study, choice), of_members(&WhatIf::new(study, worlds, choice))].concat()
+}
+
+/// What each sensor of a choice tells by itself.
+fn of_members(WhatIf { study, worlds, members, .. }: &WhatIf) -> Vec<String> {
+    let of_one = |&member: &[usize; 3]| {
+        low_curtain(study, worlds, member).into_iter().chain(tripped(study, worlds, member))
+    };
+    members.iter().flat_map(of_one).collect()
 }
 
 /// How high a light curtain must at least end so that people do not step over it: the highest of two beams in ISO 13855, as
@@ -53,14 +56,13 @@ fn low_curtain(study: &Study, worlds: &[World], [sensor, candidate, _]: [usize; 
 }
 
 /// A switch that objects alone trip at some moments.
-fn stuck(study: &Study, worlds: &[World], [sensor, candidate, _]: [usize; 3]) -> Option<String> {
+fn tripped(study: &Study, worlds: &[World], [sensor, candidate, _]: [usize; 3]) -> Option<String> {
     let spec = &study.sensors[sensor];
     let by = |world: &World| tripping_object(study, world, [sensor, candidate]);
     let names: Vec<String> = worlds.iter().filter_map(by).collect();
     let first = names.first()?;
     Some(format!(
-        "sensor {:?}: {first:?} trips it at {} of {} moments, and it then reports its volume as occupied whether or not \
-         somebody is there",
+        "sensor {:?}: {first:?} trips it at {} of {} moments, and it reports occupied then, with or without people",
         spec.name,
         names.len(),
         worlds.len()

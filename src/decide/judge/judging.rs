@@ -40,7 +40,7 @@ pub struct Judging<'a> {
     what_ifs: Vec<WhatIf<'a>>,
     grounds: Vec<SharedGround<'a>>,
     at_speeds: Vec<AtEachSpeed>,
-    /// Of each choice, what speaks against its verdicts.
+    /// What speaks against the verdicts of each choice.
     caveats: Vec<Vec<String>>,
     /// Warnings for the user.
     pub warnings: Vec<String>,

@@ -36,7 +36,7 @@
 //! * An object hides if the voxel that ended the ray is one of its own; where several objects share it, the
 //!   first in the scene's order. Tags and see-through objects end no ray. The blocker may be the voxel's own
 //!   object: its far side, or its inside.
-//! * Outside its field the rays of a radar decide. An object that stops them and stands still hides its own first voxel, too.
+//! * For a voxel outside a radar's field, the radar's rays decide. A still object that stops them hides its own voxel, too.
 //! * Of several sensors, the reason in the latest row of the table counts; of equals, that of the first sensor.
 //!   So a silent switch does not replace the reason of a ray, and a voxel is out of view only if it is so for all.
 //! * `between_rays` counts as not monitored: nothing is in the way, but no ray measures there.

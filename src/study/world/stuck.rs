@@ -1,6 +1,7 @@
 //! Warns of switches that the environment alone trips, by which object, where and when, and of those that are always muted.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use super::World;
 use super::warnings::first_of;
@@ -9,6 +10,9 @@ use crate::sensor::Station;
 use crate::world::place::Places;
 use perirobot_march::voxel::BitGrid;
 use perirobot_scene::truth::Truth;
+
+/// What trips a switch if no object has surface there.
+const INSIDE: &str = "the inside of a body";
 
 /// The candidates of a sensor that are always on without anybody there, at some moment of the scene.
 pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[World]) -> Option<String> {
@@ -21,13 +25,13 @@ pub(super) fn warning(study: &Study, places: &Places, sensor: usize, worlds: &[W
         let truth = world.truth();
         let before = moments;
         for candidate in 0..world.settings[sensor].len() {
-            let by = kind.stuck_by(&exact_station(world, &truth, [sensor, candidate]));
+            let station = exact_station(world, &truth, [sensor, candidate]);
+            let by = kind.stuck_by(&station);
             if by.is_empty() {
                 continue;
             }
             moments = before + 1;
             earliest.get_or_insert_with(|| {
-                let station = exact_station(world, &truth, [sensor, candidate]);
                 let case = kind.as_scanner().and_then(|scanner| {
                     let case = *scanner.applying_cases(&station).first()?;
                     Some(format!(" in field case {:?}", scanner.cases()[case]))
@@ -64,11 +68,7 @@ pub(super) fn muted_warning(
     worlds: &[World],
 ) -> Option<String> {
     let is_muted = |world: &World, candidate: usize| {
-        let (truth, setting) = (world.truth(), world.settings[sensor][candidate]);
-        let (moment, window) = ([world.scene, world.snapshot], truth.grid.window());
-        let (rays, truly) = (None, None);
-        let station = Station { moment, truth: &truth, window, setting, rays, truly, draws: 0 };
-        study.sensors[sensor].kind.is_muted(&station)
+        study.sensors[sensor].kind.is_muted(&exact_station(world, &world.truth(), [sensor, candidate]))
     };
     let always = |candidate: &usize| worlds.iter().all(|world| is_muted(world, *candidate));
     let candidate = (0..study.sensors[sensor].candidates.len()).find(always)?;
@@ -81,9 +81,19 @@ pub(super) fn muted_warning(
 
 /// The same of one candidate at one moment: what trips it, if anything does.
 pub(super) fn tripped_by(study: &Study, world: &World, [sensor, candidate]: [usize; 2]) -> Option<String> {
+    let (truth, by) = tripping_voxels(study, world, [sensor, candidate])?;
+    Some(what(&truth, &by))
+}
+
+/// The truth of a moment, and the voxels of the environment that trip a candidate of a sensor, if any do.
+fn tripping_voxels(
+    study: &Study,
+    world: &World,
+    [sensor, candidate]: [usize; 2],
+) -> Option<(Arc<Truth>, BitGrid)> {
     let truth = world.truth();
-    let by = study.sensors[sensor].kind.stuck_by(&exact_station(world, &truth, [sensor, candidate]));
-    (!by.is_empty()).then(|| what(&truth, &by))
+    let voxels = study.sensors[sensor].kind.stuck_by(&exact_station(world, &truth, [sensor, candidate]));
+    (!voxels.is_empty()).then_some((truth, voxels))
 }
 
 /// A sensor at a candidate, over the whole grid, where it is believed to be; `truth` is the world's.
@@ -105,17 +115,15 @@ pub(super) fn exact_station<'a>(
 
 /// The object with most of some voxels, and the first of its voxels there.
 fn what(truth: &Truth, voxels: &BitGrid) -> String {
-    let Some((object, at)) = most_shared(truth, voxels) else { return "the inside of a body".into() };
+    let Some((object, at)) = most_shared(truth, voxels) else { return INSIDE.into() };
     let at = truth.grid.corner_m(at) + truth.grid.voxel_size_m / 2.0;
     format!("{object:?} does at x {:.2}, y {:.2}, z {:.2} m", at.x + 0.0, at.y + 0.0, at.z + 0.0)
 }
 
 /// The object that alone trips a candidate of a sensor in a world, by its name.
 pub fn tripping_object(study: &Study, world: &World, [sensor, candidate]: [usize; 2]) -> Option<String> {
-    let truth = world.truth();
-    let by = study.sensors[sensor].kind.stuck_by(&exact_station(world, &truth, [sensor, candidate]));
-    let name = |(object, _): (&str, _)| object.to_string();
-    (!by.is_empty()).then(|| most_shared(&truth, &by).map_or("the inside of a body".into(), name))
+    let (truth, by) = tripping_voxels(study, world, [sensor, candidate])?;
+    Some(most_shared(&truth, &by).map_or(INSIDE, |(object, _)| object).into())
 }
 
 /// The object that has most of some voxels, and the first of these.
